@@ -19,7 +19,7 @@ SLOPE = "_dot"  # ends the name of an input that is the slope of another input o
 
 
 def variables(part: AssembledModel, causality: Causality) -> list[tuple[str, Variable]]:
-    """Return variables of a part by their names in the assembly, without the fault code, which the parts share."""
+    """Return the variables of a part by their names in the assembly, except the fault code, which the parts share."""
     variables = part.model.interface.of(causality)
     return [(f"{part.name}.{v.name}", v) for v in variables if v.name != FAULT_CODE]
 
@@ -79,7 +79,7 @@ class Composite:
 
     @cached_property
     def inputs(self) -> dict[str, list[str]]:
-        """Inputs of the assembly, signals first, and the inputs of parts that each feeds."""
+        """Inputs of the assembly, signals first, each with the inputs of parts that it feeds."""
         targets: dict[str, list[str]] = {signal: [] for signal in self.signals}
         for name, source in self.sources.items():
             if name not in self.connections:
@@ -94,7 +94,7 @@ class Composite:
 
     @property
     def sample_time(self) -> str:
-        """The parameter that splits steps: the sample time of the sampling part; empty without such a part."""
+        """The parameter that splits steps: the sample time of the part that samples, or empty if there is none."""
         sampling = [p.name for p in self.parts if p.every == 1 and SAMPLE_TIME in p.model.interface.position]
         return f"{sampling[0]}.{SAMPLE_TIME}" if len(sampling) == 1 else ""
 

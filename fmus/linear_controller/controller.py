@@ -1,4 +1,4 @@
-"""The controller: the law applied to readings minus setpoints at its own instants, with limited, delayed demands."""
+"""The controller: the law acts on readings minus setpoints at its own instants; its demands are limited and delayed."""
 
 from __future__ import annotations
 

@@ -4,8 +4,9 @@ With a delay d = n + f, 0 <= f < 1, the demand computed at sample s appears at t
 
     v(t) = u_(s-n)     from t_s + f T on,   u_(s-n-1) before                          (1)
 
-For f = 0 it appears with the sample's step, as without a delay. Otherwise a communication step outputs the mean of v
-over the step: v itself if it does not change within the step; if it does, the impulse of the force is correct.
+For f = 0 it appears with the sample's step, as it would without a delay. Otherwise a communication step outputs the
+mean of v over the step. This is v itself if it does not change within the step; if it does, the mean gives the correct
+impulse of the force.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ def store_demands(history: Array, sample: int, demands: Array) -> None:
 
 @kernel
 def share_after(instant: float, time: float, step_size: float) -> float:
-    """Return the fraction of the step of `step_size` from `time` that is after an instant (all in s)."""
+    """Return the fraction of a step, of length `step_size` from `time`, that lies after an instant (all in s)."""
     return min(max((time + step_size - instant) / step_size, 0.0), 1.0)
 
 

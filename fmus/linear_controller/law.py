@@ -4,11 +4,11 @@
     u_lim = min(max(u, lower), upper),     x(n+1) += L (u_lim - u) / gain                              (2)
 
 **Wind-up.** Modes of A that decay within `slow_time`, such as filters and derivatives, recover from a limited demand by
-themselves, and continue to follow the measurement: damping matters most while a demand is limited. Slow modes, such as
-integrators, do not recover. L acts only on them (back-calculation). In their coordinates xi = W x, A_s = W A V,
-C_s = C V, L = V L_s, they obey A_s - L_s C_s while the demand is limited, which has for each mode lambda of A_s the
-mode alpha^2 / conj(lambda), alpha = exp(-T / slow_time). This requires the least excess: L_s is the gain of a Kalman
-filter for A_s / alpha without process noise.
+themselves. They continue to follow the measurement, because damping matters most while a demand is limited. Slow modes,
+such as integrators, do not recover. L acts only on them (back-calculation). While the demand is limited, they obey
+A_s - L_s C_s in their coordinates xi = W x, where A_s = W A V, C_s = C V and L = V L_s. For each mode lambda of A_s
+this matrix has the mode alpha^2 / conj(lambda), alpha = exp(-T / slow_time). This choice requires the least excess: L_s
+is the gain of a Kalman filter for A_s / alpha without process noise.
 
 **Switching on.** While the law is off its demands are `offset + feedforward`; filters follow the measurement, and slow
 modes are held at zero. At the sample that switches the law on, jump = u_last - u. It then fades as exp(-t /
@@ -59,7 +59,7 @@ def evaluate(matrices: LawMatrices, bracket: TableRows, state: State, work: Work
 
 @inlined_kernel
 def fade_jump(common: np.record, state: State) -> None:
-    """Let the jump fade by a sample."""
+    """Let the jump fade over one sample."""
     any_left = False
     for i in range(state.jump.shape[0]):
         any_left = any_left or state.jump[i] != 0.0

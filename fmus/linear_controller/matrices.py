@@ -10,7 +10,7 @@ speed of the table has its own values; the positions of the blocks are the same 
     slow       P, (n_states, n_states): the part of the states that `reset` removes
 
 Between two speeds of the table M = (1 - w) M_lower + w M_upper with w from 0 to 1, which is continuous; the states are
-unchanged. Outside the table the nearest speed holds.
+unchanged. Outside the table the values of the nearest speed apply.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class LawMatrices(NamedTuple):
 
 
 class TableRows(NamedTuple):
-    """Two rows of the table, and the weight of the upper one; whether the speed is beyond the table."""
+    """Two rows of the table, the weight of the upper one, and whether the speed is outside the table."""
 
     lower: int
     upper: int
@@ -132,7 +132,8 @@ def find_bracket(speeds: Array, Omega: float) -> TableRows:
 def add_blocks(blocks: Records, values: Array, factor: float, source: Array, target: Array) -> None:
     """Add `factor` times a matrix times `source` to `target`.
 
-    Processing four columns at once takes a quarter of the loads and stores of the target, with independent rows.
+    Processing four columns at once needs a quarter of the loads and stores of the target and keeps the rows
+    independent.
     """
     for k in range(blocks.shape[0]):
         block = blocks[k]
@@ -159,7 +160,7 @@ def add_blocks(blocks: Records, values: Array, factor: float, source: Array, tar
 
 @inlined_kernel
 def add_product(blocks: Records, values: Array, bracket: TableRows, source: Array, target: Array) -> None:
-    """Add a matrix of the table, interpolated, times `source` to `target`."""
+    """Interpolate a matrix of the table, and add its product with `source` to `target`."""
     if blocks.shape[0] > 0:
         add_blocks(blocks, values[bracket.lower], 1.0 - bracket.weight, source, target)
         if bracket.weight > 0.0:

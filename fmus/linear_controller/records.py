@@ -40,7 +40,7 @@ class Parameters(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """Record `INPUTS` (length 1); records `SIGNAL` and `SENSOR_FAULTS`; what is added to the demands (A)."""
+    """Record `INPUTS` (length 1); records `SIGNAL` and `SENSOR_FAULTS`; the currents to add to the demands (A)."""
 
     common: Records
     signals: Records
@@ -161,7 +161,7 @@ def work_of(work: Array, sizes: Sizes) -> Work:
 
 
 def linear_state(constants: Array) -> LinearState:
-    """Return the places of the state that move linearly without a delay: states of the law, last demands, filters."""
+    """Return the positions in the state that evolve linearly without a delay: law states, last demands, filters."""
     sizes = sizes_of(constants)
     sensors = state_size(sizes) - sensor_memory_size(sizes.n_signals)
     return LinearState(

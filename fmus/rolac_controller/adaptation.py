@@ -1,8 +1,8 @@
 """Recursive open-loop adaptive control: the integral law for the synchronous force (thesis 5.22, 5.23).
 
-docs/theory/synchronous_control.md has the law. With Q = Q_0 + R U and its H it is U' = -alpha (U - U_opt): the forces
-approach the weighted least-squares optimum with time constant 1/alpha, provided that this is long compared with the
-revolution over which Q is averaged.
+docs/theory/synchronous_control.md states the law. With Q = Q_0 + R U and the H of this R, the law is U' = -alpha
+(U - U_opt). The forces approach the weighted least-squares optimum with time constant 1/alpha, provided that this is
+long compared with the revolution over which Q is averaged.
 
 While adaptation is not permitted, the forces fade, U' = -fade U, and continue from the remainder afterwards: they never
 jump.
@@ -29,7 +29,7 @@ def integral_step(H: Complex, gain: float, Q: Complex, delta_U: Complex) -> None
     H
         Shape (n_axes, n_sensors) (N/m).
     gain
-        alpha times the sample time; 1 for a whole update at once.
+        alpha times the sample time; 1 for a full update in one step.
     Q
         Synchronous displacements, shape (n_sensors,) (m).
     delta_U

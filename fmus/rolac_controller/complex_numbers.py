@@ -1,6 +1,7 @@
 """Complex arithmetic with the same bits compiled and in plain Python.
 
-Products and sums always have the same bits. Quotients do not: numba, C and Python divide complex numbers differently.
+Products and sums always have the same bits. Quotients do not, because numba, C and Python divide complex numbers
+differently.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def squared_magnitude(z: complex) -> float:
 
 @kernel
 def scaled(z: complex, factor: float) -> complex:
-    """Return z times a real factor, with two products where z * factor takes four."""
+    """Return z times a real factor, with two products instead of the four of z * factor."""
     return complex(z.real * factor, z.imag * factor)
 
 

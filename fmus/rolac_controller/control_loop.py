@@ -54,7 +54,7 @@ class ControlLoop:
     Raises
     ------
     ValueError
-        Without a bearing, or if a bearing lacks its sensor plane.
+        If there is no bearing, or a bearing lacks its sensor plane.
     """
 
     bearings: tuple[str, ...]

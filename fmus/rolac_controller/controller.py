@@ -1,7 +1,7 @@
-"""The controller: axes under PID, all sensors Fourier-transformed, synchronous control on top.
+"""The controller: a PID law for each axis, the Fourier transform of all sensors, and the synchronous control.
 
-A call of `step` takes a sample where it is due (see `sampling`): inputs at its beginning, currents constant until the
-next sample.
+A call of `step` takes a sample if one is due (see `sampling`). It reads the inputs at its beginning, and the currents
+stay constant until the next sample.
 """
 
 from __future__ import annotations

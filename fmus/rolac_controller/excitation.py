@@ -62,8 +62,8 @@ def schroeder_phase(harmonics: Records, number: int) -> float:
 def force_component(harmonics: Records, number: int, multi: bool, scale: float, frequency: float) -> complex:
     """Return a harmonic of the test force, complex (N).
 
-    A single harmonic has the amplitude A(f). Several have A sqrt(P), each at its own frequency, so that the power is
-    the same (5.14), and Schroeder's phases.
+    A single harmonic has the amplitude A(f). Several harmonics have the amplitudes A sqrt(P), each at its own
+    frequency, so that the power is the same (5.14), and they have Schroeder's phases.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Recursive Fourier transform of the sensor signals over the last revolution (thesis 5.20, 5.21).
 
-The integral is that of docs/theory/synchronous_control.md, over the last 2 pi of rotor angle, so that
-q ~ Re[sum Q_n exp(j n theta)]. At constant speed it is that over a period of time.
+The integral is defined in docs/theory/synchronous_control.md; it covers the last 2 pi of rotor angle, so that
+q ~ Re[sum Q_n exp(j n theta)]. At constant speed this is the integral over one period of time.
 
     oldest sample                                              newest sample
       o-----|-o-------o-------o---  ...  ---o-------o-------o-------o      angle ->
@@ -213,7 +213,7 @@ def add_sample(window: Window, harmonics: Records, theta: float, displacements: 
 
 @inlined_kernel
 def samples_of_revolution(window: Window) -> float:
-    """Return the length of the last revolution in samples, with its fraction; 0 without a full revolution."""
+    """Return the length of the last revolution in samples, with a fraction; 0 if there is no full revolution."""
     excess = window_angle(window) - 2.0 * math.pi
     if excess < -ANGLE_TOLERANCE:
         return 0.0

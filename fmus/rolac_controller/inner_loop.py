@@ -1,6 +1,6 @@
 """Tabulated response of a controller that closes the loop instead of, or in addition to, the PID.
 
-It is in the constants: the number of rows, their keys, ascending in harmonic order and speed, and C of each,
+The constants contain it: the number of rows, their keys, ascending in harmonic order and speed, and the C of each row,
 
     u = -C q,   C of shape (n_axes, n_sensors) (N/m),
 

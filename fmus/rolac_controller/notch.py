@@ -36,7 +36,8 @@ def control_response(parameters: Parameters, order: float, Omega: float, C: Comp
     order, Omega
         Of the harmonic, and spin speed (rad/s).
     C
-        Receives it; with `rolac.mode` FORCE_FREE minus K_s, so that -C q is the whole force of the bearing.
+        Receives the result; if `rolac.mode` is FORCE_FREE, K_s is subtracted, so that -C q is the whole force of the
+        bearing.
     """
     common, inner = parameters.common[0], parameters.inner
     bracket = find_bracket(inner, order, Omega)
@@ -58,9 +59,9 @@ def reject_synchronous(parameters: Parameters, order: float, Omega: float, Q: Co
     Parameters
     ----------
     parameters
-        With `rolac.mode` FORCE_FREE the whole force of the bearing vanishes.
+        If `rolac.mode` is FORCE_FREE, the whole force of the bearing vanishes.
     order, Omega
-        Of the harmonic, and spin speed (rad/s).
+        Order of the harmonic, and spin speed (rad/s).
     Q
         Synchronous displacements of the harmonic, shape (n_sensors,) (m).
     U

@@ -30,7 +30,7 @@ N_PROGRESS = size_of(PROGRESS)
 
 
 class OlacMemory(NamedTuple):
-    """Record PROGRESS, in an array of length 1; Q a revolution before, shape (N_HARMONICS, n_sensors) (m)."""
+    """Record PROGRESS, in an array of length 1; Q of the revolution before, shape (N_HARMONICS, n_sensors) (m)."""
 
     progress: Records
     previous_Q: Complex
@@ -51,7 +51,7 @@ def olac_memory_of(array: Array, start: int, n_sensors: int) -> OlacMemory:
 
 @inlined_kernel
 def forget(memory: OlacMemory) -> None:
-    """Clear the memory: OLAC is off."""
+    """Clear the memory, because OLAC is off."""
     progress = memory.progress[0]
     if progress.angle != 0.0 or progress.n_revolutions != 0.0 or progress.n_updates != 0.0:
         progress.angle = 0.0
@@ -69,7 +69,7 @@ def update_is_due(olac: np.record, delta_theta: float, Q: Complex, memory: OlacM
     olac
         The parameters `olac.*`.
     delta_theta
-        Angle since the sample before (rad).
+        Angle since the previous sample (rad).
     Q
         Components of all harmonics, shape (N_HARMONICS, n_sensors) (m).
     memory

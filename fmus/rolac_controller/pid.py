@@ -1,4 +1,4 @@
-"""PID of a bearing axis (thesis 5.1 to 5.4), sampled; docs/theory/controller.md has its equations.
+"""PID of a bearing axis (thesis 5.1 to 5.4), sampled; docs/theory/controller.md gives its equations.
 
 K_s cancels the bearing's negative stiffness: the closed bearing has net stiffness K_b and damping C_b.
 `k_s`, `k_i` are constants of the bearing (N/m, N/A); the gain of the integral is `k_integral`.
@@ -86,7 +86,7 @@ def pid_current(gains: np.record, direct: float, memory: np.record, setpoint: fl
 def limit_and_integrate(
     gains: np.record, memory: np.record, setpoint: float, demand: float, limits: Limits, sample_time: float
 ) -> float:
-    """Return the demanded current within its limits (A); integrate a sample unless that would exceed them further."""
+    """Return the demanded current within its limits (A); integrate a sample unless this would exceed them further."""
     error = memory.displacement - setpoint
     winds_up = (demand > limits.high and error < 0.0) or (demand < limits.low and error > 0.0)
     if not winds_up:

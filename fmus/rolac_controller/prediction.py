@@ -5,7 +5,8 @@ to t + p, p = `prediction_time` = 2 h, from the displacements at its last two st
 
     x(t + p) ~ x(t) + p (x(t) - x(t_b))/(t - t_b),      theta(t + p) ~ theta(t) + p Omega(t)
 
-The first has an error of x'' p (p + t - t_b)/2 to leading order. Noise, filter and faults of sensors are applied after.
+The first has an error of x'' p (p + t - t_b)/2 to leading order. Noise, filters and faults of sensors are applied
+afterwards.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def predict(inputs: Inputs, prediction_time: float, time: float, head: np.record
     prediction_time
         Extrapolation time p (s).
     head
-        The state's record HEAD: time of the step before, if any.
+        The state's record HEAD: time of the previous step, if any.
     last_displacements
         At the step before, shape (n_sensors,) (m).
     """

@@ -1,7 +1,8 @@
 """The table of receptances R and matrices H that the controller uses and updates.
 
-Its array is the number of rows, their keys, ascending in harmonic order and speed, all R, and all H. The constants of
-the FMU contain the table that it was built with; its state contains the one in use, which has room for more rows.
+Its array contains the number of rows, their keys, ascending in harmonic order and speed, all R, and all H. The
+constants of the FMU contain the table that it was built with; its state contains the one in use, which has room for
+more rows.
 """
 
 from __future__ import annotations
@@ -152,7 +153,7 @@ def find_bracket(table: TableViews | InnerLoop, order: float, speed: float) -> B
 
 @kernel
 def interpolate(lower: Complex, upper: Complex, weight: float, matrix: Complex) -> None:
-    """Compute the matrix between two others of the same shape, linear in the weight of the upper matrix."""
+    """Interpolate linearly between two matrices of the same shape, by the weight of the upper matrix."""
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             matrix[i, j] = (1.0 - weight) * lower[i, j] + weight * upper[i, j]

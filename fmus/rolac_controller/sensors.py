@@ -13,7 +13,7 @@ from signal_chain.readings import SensorMemory, read
 
 @inlined_kernel
 def plane_weight(parameters: Parameters, plane: int, other: int) -> float:
-    """Return the weight of the displacement of plane `other` in that of the sensors of `plane`.
+    """Return the weight of the displacement of plane `other` in the displacement of the sensors of `plane`.
 
     Sensors may be offset from their plane: Lagrange's polynomial through all planes interpolates the bent shaft.
     """
@@ -29,7 +29,7 @@ def plane_weight(parameters: Parameters, plane: int, other: int) -> float:
 
 @inlined_kernel
 def displacement_at(parameters: Parameters, inputs: Inputs, plane: int, axis: int) -> float:
-    """Return the displacement of the rotor at a sensor (m), that of axis x (0) or y (1) of a plane."""
+    """Return the displacement (m) of the rotor at the sensor of axis x (0) or y (1) of a plane."""
     if parameters.plane_offsets[plane] == 0.0:
         at_plane: float = inputs.displacements[2 * plane + axis]
         return at_plane

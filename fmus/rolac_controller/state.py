@@ -54,7 +54,7 @@ class State(NamedTuple):
     axes
         Records PID_MEMORY, shape (n_axes,).
     currents
-        Computed last, shape (n_axes,) (A).
+        Last computed, shape (n_axes,) (A).
     U
         Synchronous forces, shape (N_HARMONICS, n_axes) (N).
     contact_shares
@@ -62,7 +62,7 @@ class State(NamedTuple):
     checks
         Records CHECK_MEMORY, shape (n_sensors,).
     last_displacements
-        At the last step, with a prediction, shape (n_sensors,) (m).
+        Displacements at the last step, if a prediction is used, shape (n_sensors,) (m).
     """
 
     head: Records
@@ -90,7 +90,7 @@ class Work(NamedTuple):
     delta_U, R, H, svd
         Intermediate results of the adaptation: shapes (n_axes,), (n_sensors, n_axes), (n_axes, n_sensors).
     C, inverse_S, E
-        Of the notch: shapes (n_axes, n_sensors), (n_axes, n_axes), (n_axes,).
+        Quantities of the notch: shapes (n_axes, n_sensors), (n_axes, n_axes), (n_axes,).
     inputs
         Those of the step, predicted; flat.
     """

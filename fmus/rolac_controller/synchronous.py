@@ -55,8 +55,8 @@ def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Wo
     state
         `U` and `olac` are changed.
     work
-        Its `status` is that of `permitted_status`, and becomes NO_H if H is missing for a harmonic.
-        Receives `extrapolated`, whether H is that of the nearest speed, and `force_limited`.
+        Its `status` is that of `permitted_status`, and becomes NO_H if H is missing for a harmonic. Receives
+        `extrapolated`, which says whether H belongs to the nearest speed, and `force_limited`.
     table
         Table in use.
     """
@@ -77,7 +77,7 @@ def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Wo
 
 @inlined_kernel
 def is_covered(parameters: Parameters, inputs: Inputs, table: TableViews, findings: np.record) -> bool:
-    """Return whether the table has H of all harmonics for this speed; sets `extrapolated` in `findings`."""
+    """Return whether the table contains H of all harmonics for this speed; sets `extrapolated` in `findings`."""
     extrapolated = 0.0
     for k in range(N_HARMONICS):
         order = parameters.harmonics[k].order

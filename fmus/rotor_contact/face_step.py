@@ -1,8 +1,8 @@
 """A communication step of a rotor that touches faces along its shaft, or may touch one.
 
-z moves first (`axial_contact`), then all else under the force of the seats that z gives: by pieces, or by substeps
-where these are not smooth. Both happen in parts that are short against the vibration on the stiffest ring, so that z
-and the lean of the shaft know each other.
+z moves first (`axial_contact`). Everything else then moves under the force of the seats that results from z: by pieces,
+or by substeps where the forces are not smooth. Both proceed in parts that are short compared with the vibration on the
+stiffest ring, so that z and the lean of the shaft remain consistent.
 """
 
 from __future__ import annotations
@@ -93,7 +93,8 @@ def advance_on_faces(
 ) -> int:
     """Advance z over a step of `step_size` (s) in parts, the motion along the shaft first; return a fault code.
 
-    `is_held` states whether a spin is held that may be released. A part is one piece by the matrices, or else substeps.
+    `is_held` states whether a spin is held that may be released. A part is one piece by the matrices if possible, and
+    is otherwise integrated by substeps.
     """
     records, z, head, solver = (
         faces_of(w.faces, w.Minv.shape[0]).records,
@@ -155,7 +156,7 @@ def _pass_pieces(
 ) -> tuple[float, float, float]:
     """Advance z over a part of a step by pieces without contact events, of this level or one below.
 
-    Returns the share of the part that is done, angle and speed then.
+    Returns the completed share of the part, with the angle and the speed after it.
     """
     done, level = 0.0, max(part_level, min(int(memory.level), part_level + 1))
     while done < 1.0:

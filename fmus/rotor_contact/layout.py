@@ -75,9 +75,8 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 class State(NamedTuple):
     """The state: record `HEAD`, in an array of length 1; latest key and constant speed; sites; z = (q, v, integrals).
 
-    `axial` has the motion along the shaft of a rotor with a thrust disc, one record or none; `faces` has records of
-    type `FACE_STATE`. z has room for all bodies;
-    with fewer bodies it ends earlier.
+    `axial` contains the motion along the shaft of a rotor with a thrust disc, one record or none; `faces` contains
+    records of type `FACE_STATE`. z has room for all bodies; with fewer bodies it ends earlier.
     """
 
     head: Records
@@ -325,7 +324,7 @@ def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
 
 @kernel
 def load_faces(states: Records, w: Workspace) -> None:
-    """Set from their states whether seats push, and reset everything that a step collects."""
+    """Set whether seats push, according to their states, and reset everything that a step collects."""
     records = faces_of(w.faces, w.Minv.shape[0]).records
     numbers = part(w.faces, 0, REAL, (records.shape[0], N_FACE))
     for k in range(records.shape[0]):

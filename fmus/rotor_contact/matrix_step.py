@@ -1,11 +1,11 @@
-"""A communication step by matrices: pieces as long as their motion is smooth, each up to its first contact event.
+"""A communication step by matrices, in pieces as long as their motion is smooth, each up to its first contact event.
 
-At a constant speed, a whole step is one product if nothing happens in it (`exact_motion`). Else a piece lasts a step,
-half of it, a quarter and so on, from wherever the last one ended. If its forces are not smooth, a shorter one is tried;
-after a smooth one, twice its length. If a contact event occurs in it, or the step ends before it does, it is cut there
-(`piece_cut`), provided that it is short enough for a series of its motion; else shorter ones lead up to the event.
-`substeps` integrates where the shortest piece cannot be solved, and contact under a force law, which the matrices do
-not know, to the end of the step.
+At a constant speed, a whole step is one product if nothing happens in it (`exact_motion`). Otherwise a piece covers a
+step, a half, a quarter and so on, and begins where the last one ended. If its forces are not smooth, a shorter one is
+tried; after a smooth one, twice its length. If a contact event occurs in it, or the step ends before it does, it is cut
+there (`piece_cut`), provided that it is short enough for a series of its motion; else shorter ones lead up to the
+event. `substeps` integrates where the shortest piece cannot be solved, and contact under a force law, which the
+matrices do not know, to the end of the step.
 """
 
 from __future__ import annotations
@@ -223,8 +223,8 @@ def try_piece(
 ) -> tuple[int, float, float, float]:
     """Solve a piece of length h (s) and write its end, at most after the share `latest`, to z_new.
 
-    Returns how it ended, after which share of the piece, the roughness of its forces, and the energy that dampers took
-    (J). A piece that has to be cut is rejected if it is not short enough for its series, or without `may_cut`: then no
+    Returns how and after which share the piece ended, the roughness of its forces, and the energy that dampers took
+    (J). A piece that has to be cut is rejected if it is too long for its series, or if `may_cut` is false; then no
     event is before the share.
     """
     note_use(matrices, level, index)
@@ -285,10 +285,10 @@ def series_level(matrices: StepMatrices) -> int:
 
 @kernel
 def _level_for(matrices: StepMatrices, rest: float, clear: float, level: int) -> int:
-    """Return the level, at least `level`, of the next piece, `rest` being the share of the step that is left.
+    """Return the level, at least `level`, of the next piece, where `rest` is the remaining share of the step.
 
-    None is longer than necessary. One that has to be cut, at the end of the step or on an event, which is expected
-    after the share `clear` at the earliest, must be short enough for its series.
+    No piece is longer than necessary. A piece that has to be cut, at the end of the step or on an event, must be short
+    enough for its series. An event is expected after the share `clear` at the earliest.
     """
     last, series = int(matrices.sizes[0].n_levels) - 1, series_level(matrices)
     while level < last and 0.5 ** (level + 1) >= rest * (1.0 - TIME_TOLERANCE):
@@ -300,7 +300,7 @@ def _level_for(matrices: StepMatrices, rest: float, clear: float, level: int) ->
 
 @kernel
 def level_for(level: int, roughness: float, n_levels: int) -> float:
-    """Return the level, of `n_levels`, whose pieces are likely to be smooth if one of `level` has this roughness."""
+    """Return the level, of `n_levels`, whose pieces are probably smooth if a piece of `level` has this roughness."""
     level += 1
     while roughness > OF_TWICE_THE_LENGTH and level < n_levels - 1:
         roughness /= OF_TWICE_THE_LENGTH

@@ -85,8 +85,8 @@ TURN = 2.0 * math.pi
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
     """Set the rotor to its first angle, at rest in the centre or on its orbit; return a fault code.
 
-    Sites are free unless the orbit passes them. Housings and races are at rest. The orbit is that in the passive
-    bearings; with magnetic bearings it would depend on forces that depend on it.
+    Sites are free unless the orbit exceeds their clearance. Housings and races are at rest. The orbit is that in the
+    passive bearings; with magnetic bearings it would depend on forces that depend on it.
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)

@@ -114,7 +114,7 @@ def _shortened(error: Exception) -> str:
 def is_unpacked(archive: Path, folder: Path) -> bool:
     """Return whether a folder contains the entries of a zip file, by their sizes and checksums.
 
-    Files that nobody has changed since this process found them complete are not read again.
+    Files that have not changed since this process found them complete are not read again.
     """
     seen = _COMPLETE.get((archive, folder), {})
     try:

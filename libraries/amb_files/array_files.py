@@ -96,7 +96,7 @@ except Exception as error:
 
 
 def read_content(path: Path, keys: Sequence[str] = ()) -> dict[str, NDArray[Any]]:
-    """Return arrays of a file by name: those of `keys` that it has, all by default.
+    """Return arrays of a file by name: those of `keys` that it contains, or all by default.
 
     Cells of text become arrays of text; a field of a structure is called `structure.field`, and its value is text.
 

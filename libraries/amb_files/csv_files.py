@@ -3,8 +3,8 @@
 Columns are separated by commas, semicolons or tabs. Numbers have decimal points, or decimal commas throughout, as in
 a German spreadsheet. An ambiguous number is refused: `1,500` alone may be 1500 or 1.5.
 
-Lines that begin with `#` or `%` are comments. If the first other line has numbers, the headings are in the last comment
-above it, as `numpy.savetxt` writes them.
+Lines that begin with `#` or `%` are comments. If the first other line contains numbers, the headings are in the last
+comment above it, as `numpy.savetxt` writes them.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def read_numbers(
 
 
 def _plain_numbers(text: str, separator: str) -> tuple[list[str], Numbers] | None:
-    """Return headings and numbers; None of a table that has other cells, or other headings than one for each."""
+    """Return headings and numbers; None for a table with other cells, or without exactly one heading per column."""
     text = text.lstrip("\r\n")
     begin = NEWLINE.search(text)
     if begin is None or '"' in text:
@@ -140,7 +140,7 @@ def _plain_numbers(text: str, separator: str) -> tuple[list[str], Numbers] | Non
 
 
 def _text_and_separator(path: Path, name: str, largest: int) -> tuple[str, str]:
-    """Return the text of a table without comments, and what separates its columns."""
+    """Return the text of a table without comments, and the separator of its columns."""
     text = read_text(path, name, largest)
     separator_line = SEPARATOR_LINE.match(text)
     text = _without_comments(text[separator_line.end() :] if separator_line else text)
@@ -148,7 +148,7 @@ def _text_and_separator(path: Path, name: str, largest: int) -> tuple[str, str]:
 
 
 def _without_comments(text: str) -> str:
-    """Return the lines that are not comments; the last comment above numbers has their headings."""
+    """Return the lines that are not comments; the last comment above numbers contains their headings."""
     if not HAS_COMMENT.search(text):
         return text
     lines = re.split(r"(?<=\n)", text)
@@ -161,7 +161,7 @@ def _without_comments(text: str) -> str:
 
 
 def _rows(text: str, separator: str) -> Iterator[list[str]]:
-    """Yield the rows that have a value."""
+    """Yield the rows that contain a value."""
     for row in csv.reader(StringIO(text, newline=""), delimiter=separator):
         if any(cell.strip() for cell in row):
             yield row
@@ -173,7 +173,7 @@ def _used(row: list[str]) -> int:
 
 
 def _separator(text: str) -> str:
-    """Return the separator that divides all first rows into the same number of cells, or else most of the headings."""
+    """Return the separator that divides all first rows into equally many cells, or else the one with most headings."""
     end = text.rfind("\n", 0, SAMPLED)
     sample = text if len(text) <= SAMPLED or end < 0 else text[: end + 1]
     lengths = {sep: [len(row) for row in islice(_rows(sample, sep), SAMPLED_ROWS)] for sep in SEPARATORS}

@@ -105,7 +105,8 @@ def _readable() -> Iterator[Iterable[EntryPoint]]:
 def packs() -> dict[str, Path]:
     """Return the folders of the installed packs, by name; a pack without a package is skipped with a warning.
 
-    Of several packs with a name, the later ones also have that of their package; a package with two names is one pack.
+    If several packs share a name, the later ones are also called by the name of their package; a package with two names
+    is one pack.
     """
     points: dict[Path, EntryPoint] = {}
     for point, folder in _folders(GROUP):
@@ -125,8 +126,8 @@ def applications() -> dict[str, Path]:
 class PackFiles(Mapping[str, Path]):
     """TOML files in folders of packs, by their names without suffix, pack after pack.
 
-    A name that two packs have is not listed, and refused with ValueError when it is used; the name of a file of a
-    `general` package means that file. To find one file, no folder is listed, because some have thousands.
+    A name that occurs in two packs is not listed, and using it raises ValueError; the name of a file of a `general`
+    package means that file. To find one file, no folder is listed, because some contain thousands of files.
 
     Parameters
     ----------
@@ -159,9 +160,9 @@ class PackFiles(Mapping[str, Path]):
         return sum(1 for _ in self)
 
     def in_pack_of(self, user: Path, name: str) -> Path | None:
-        """Return the file of a name that several packs have in that of them which has the file `user`, if it does.
+        """Return the file of a name that several packs use, in the pack that contains the file `user`, if there is one.
 
-        Files of a pack mean those of the same pack, whatever names others use.
+        In a file of a pack, such a name means the file of the same pack, whatever names other packs use.
         """
         owners = self._having(name)
         folders = (self._folders[owner] for owner in owners if self._folders[owner].parent == user.parent.parent)
@@ -169,7 +170,7 @@ class PackFiles(Mapping[str, Path]):
         return None if folder is None else folder / f"{name}{SUFFIX}"
 
     def clashes(self) -> list[str]:
-        """Return the sentence about each name that is refused, because several packs have it."""
+        """Return the sentence about each name that is refused because several packs use it."""
         return [self._clash(name, owners) for name, owners in self._owners().items() if self._is_ambiguous(owners)]
 
     def _owners(self) -> dict[str, list[str]]:
@@ -180,7 +181,7 @@ class PackFiles(Mapping[str, Path]):
         return result
 
     def _having(self, name: str) -> list[str]:
-        """Return the packs that have a name."""
+        """Return the packs that use a name."""
         file = f"{name}{SUFFIX}"
         is_name = Path(file).name == file
         return [pack for pack, folder in self._folders.items() if is_name and os.path.lexists(folder / file)]
@@ -233,7 +234,7 @@ def modules_of(name: str, *needed: str) -> dict[str, ModuleType]:
 
 
 def reason(error: BaseException) -> str:
-    """Return type and message of an error of other people's code, quoted and shortened, if it has a message."""
+    """Return type and message of an error in third-party code, quoted and shortened, if it has a message."""
     try:
         text = f"{type(error).__name__}: {error}"
     except Exception:  # of its own method __str__
@@ -249,7 +250,7 @@ def _quoted(text: str) -> str:
 def _folders(group: str) -> Iterator[tuple[EntryPoint, Path]]:
     """Yield the entry points of a group with the folders of their packages; those without a package are skipped.
 
-    A distribution has one warning about all that are skipped, with the first of them.
+    Each distribution gets one warning about all skipped entry points, which names the first of them.
     """
     kind = group.rpartition(".")[2].removesuffix("s")
     skipped: dict[int, list[EntryPoint]] = {}  # by distribution, whose name takes longer to read than all its points

@@ -65,7 +65,7 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If the text is not valid TOML (the message has line and column), is longer than `LARGEST_TOML`, or its tables
+        If the text is not valid TOML (the message shows line and column), is longer than `LARGEST_TOML`, or its tables
         are nested too deeply.
     """
     if len(text) > LARGEST_TOML:
@@ -90,7 +90,7 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
 
 
 def _separators(text: str, error: str) -> str:
-    """Return a hint if the line with an error has a number with a decimal comma, or with groups of digits."""
+    """Return a hint if the line with an error contains a number with a decimal comma, or with groups of digits."""
     at, lines = LINE.search(error), text.splitlines()
     number = SEPARATED.search(lines[int(at[1]) - 1]) if at is not None and int(at[1]) <= len(lines) else None
     return "" if number is None else f"; {number[1]} has a comma: a number has a decimal point, and no other separators"

@@ -42,7 +42,7 @@ def is_private(folder: Path) -> bool:
     """Return whether a folder is this user's and only root and the user can change or replace it.
 
     A group with the user as its only member counts as the user; parents may include a folder like /tmp, where only
-    owners can rename.
+    owners can rename entries.
     """
     if not hasattr(os, "geteuid"):  # Windows: the profile is the user's
         return True

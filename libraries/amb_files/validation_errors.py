@@ -199,7 +199,7 @@ def _place(keys: Location, data: object) -> str:
 
 
 def _keys(details: ErrorDetails, data: object) -> Location:
-    """Return the parts of an error's location that the data has, and a missing key.
+    """Return the parts of an error's location that exist in the data, and a missing key.
 
     pydantic's locations also contain members of unions and names of validators.
     """

@@ -14,7 +14,7 @@ _INDEX = re.compile(r"\[(?=[\d,*?]*\])")
 
 
 def is_pattern(name: str) -> bool:
-    """Return whether a name has wildcards."""
+    """Return whether a name contains wildcards."""
     return bool(set("*?[") & set(_INDEX.sub("", name)))
 
 

@@ -9,7 +9,7 @@ without load is alpha. A displacement (x, y, z) of the inner ring changes that d
 along the line of the centres, + in the first row and - in the second of a pair. The inner ring gets the force -Q_j.
 Under an axial force alone every ball of a row carries Q = F_a/(Z sin(alpha)), with the angle alpha under that load.
 Rings are rigid and the balls have no mass, so forces are quasi-static. The rings do not tilt, and the shoulders of the
-grooves are as high as the balls' contacts need. Source: T. A. Harris, Rolling Bearing Analysis, chapters on load
+grooves are as high as the balls' contacts require. Source: T. A. Harris, Rolling Bearing Analysis, chapters on load
 distribution; ISO 76 for the static rating.
 
 Life, in revolutions that 90 % of bearings reach (G. Lundberg, A. Palmgren, 1947; factor b_m of ISO 281):
@@ -129,7 +129,7 @@ class BallBearing:
         return float(brentq(excess, 0.0, B, xtol=1e-15))
 
     def pressure(self, Q: float) -> float:
-        """Return the largest Hertz pressure (Pa) that a ball under the load Q (N) makes in either race."""
+        """Return the largest Hertz pressure (Pa) that a ball under the load Q (N) causes in either race."""
         return max(contact.pressure(Q) for contact in self.contacts)
 
     def ball_loads(self, displacement: Array, angle: float = 0.0) -> Array:
@@ -198,7 +198,7 @@ class BallBearing:
         most = 0.5 * self.ball_diameter
 
         def axial_at(x: float) -> float:
-            """Return the axial displacement (m) in equilibrium at a radial one."""
+            """Return the axial displacement (m) that is in equilibrium at a radial displacement."""
 
             def excess(z: float) -> float:
                 return -float(self.force(np.array([x, 0.0, z]))[2]) - abs(axial)
@@ -257,6 +257,6 @@ class BallBearing:
 
     @property
     def static_rating(self) -> float:
-        """Static rating C_0 = rows Z Q cos(alpha)/5 (N), Q the load of a ball with 4200 MPa (ISO 76)."""
+        """Static rating C_0 = rows Z Q cos(alpha)/5 (N), where Q is the load of a ball at 4200 MPa (ISO 76)."""
         Q = min(contact.force_at(PRESSURE_LIMIT) for contact in self.contacts)
         return self.rows * self.balls * Q * math.cos(self.contact_angle) / STRIBECK

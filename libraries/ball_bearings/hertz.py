@@ -39,7 +39,7 @@ SILICON_NITRIDE = Material(310e9, 0.27)
 
 @dataclass(frozen=True)
 class PointContact:
-    """Contact of two bodies at a point: what does not depend on the force.
+    """Contact of two bodies at a point: the quantities that do not depend on the force.
 
     stiffness
         K of Q = K delta^1.5 (N/m^1.5).
@@ -98,5 +98,5 @@ def groove_contact(
 
 
 def in_series(first: PointContact, second: PointContact) -> float:
-    """Return K (N/m^1.5) of two contacts under the same force: K^(-2/3) is the sum of both."""
+    """Return K (N/m^1.5) of two contacts under the same force: their values of K^(-2/3) add up."""
     return float((first.stiffness ** (-2.0 / 3.0) + second.stiffness ** (-2.0 / 3.0)) ** -1.5)

@@ -2,7 +2,7 @@
 
 All pythonfmu FMUs of a process share one `sys.modules`. An installed package is preferred if the FMU was built from
 exactly that code, because its compiled kernels are cached on disk. Otherwise the FMU's copy is used. If the process
-already runs another version, the FMU is refused, because it would silently run that one.
+already runs another version, the FMU is refused, because it would silently run that version.
 """
 
 import hashlib

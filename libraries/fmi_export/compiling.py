@@ -16,8 +16,8 @@ log = logging.getLogger(__name__)
 def compiling(place: Path, what: str) -> Iterator[None]:
     """Let one process at a time make the file at a place; if it dies, the operating system releases its lock.
 
-    A process that has waited uses the result if it exists, and otherwise makes it. Without support for locks, none
-    waits.
+    A process that has waited uses the result if it exists, and otherwise makes it. Without support for locks, no
+    process waits.
 
     Parameters
     ----------

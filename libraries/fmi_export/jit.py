@@ -47,7 +47,7 @@ def inlined_kernel(function: F) -> F:
 def noinline_kernel(function: F) -> F:
     """Compile `function` as `kernel` does, and keep it out of the code of its callers in native FMUs.
 
-    For code that few steps run: inlined, it would cost the other code registers and locality.
+    This is for code that few steps run: inlined, it would cost the other code registers and locality.
     """
     KERNELS_APART.add((*function.__module__.split("."), *function.__qualname__.split(".")))
     return _compiled(function)
@@ -71,9 +71,9 @@ def _compiled(function: F, **options: bool) -> F:
 def views(function: F) -> F:
     """Let kernels call `function`, which returns views into its arguments; called from Python it stays Python.
 
-    It also suits formulas that Python needs, too. Its machine code becomes part of its callers'; numba's inlining
-    would infer its types at every call, two fifths of the time to compile the plant. A kernel cannot return a view to
-    Python, because it does not own the memory.
+    It also suits formulas that are needed in Python as well. Its machine code becomes part of its callers'; numba's
+    inlining would infer its types at every call, which takes two fifths of the time to compile the plant. A kernel
+    cannot return a view to Python, because it does not own the memory.
     """
     return numba.extending.register_jitable(forceinline=True, **KERNEL_OPTIONS)(function) if COMPILED else function
 

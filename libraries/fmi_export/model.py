@@ -125,7 +125,8 @@ class Wiring:
     ramps
         Positions of an input of the assembly, and of its slope over a step.
     gathered
-        Outputs that cover a whole step, and the position in `GATHERED` of how values of its parts are combined.
+        Outputs that cover a whole step, and the position in `GATHERED` of the rule by which values of its parts are
+        combined.
     sample_time
         Parameter of the assembly with the time between the instants that divide steps (s), or that time.
     jacobi

@@ -7,9 +7,9 @@
 arrays. Without the first, kernels are correct but several times slower, and `building.native` refuses them, since they
 call that system. Without the second, compiling takes an eighth longer.
 
-**The cache on disk** (`keep_cache_sound`, `compile_once`; `compile` and `_cache` of a dispatcher, its `_cache_file`).
-A truncated file in numba's cache, as a full disk leaves it, is a traceback at every start. Processes that start
-together all compile the same, a minute each. Without it kernels are still correct.
+**The cache on disk** (`keep_cache_sound`, `compile_once`; `compile` and `_cache` of a dispatcher, its `_cache_file`). A
+truncated file in numba's cache, such as a full disk leaves, causes a traceback at every start. Processes that start
+together all compile the same code, which takes each of them a minute. Without it kernels are still correct.
 
 **Code for arrays at places known only in a kernel** (`lower_array_functions`, of `numba.core` and
 `numba.np.arrayobj`). Slices, `view` and `reshape` do the same with divisions and branches. Without it a step takes
@@ -190,7 +190,7 @@ _NOWHERE = ctypes.create_string_buffer(8)  # the address of machine code that do
 def compile_nothing() -> None:
     """Let numba's libraries contain only their function; their text includes everything that it calls.
 
-    For a process that lowers kernels and runs none.
+    This is for a process that lowers kernels but runs none.
     """
     codegen: Any = importlib.import_module("numba.core.codegen")
     caching: Any = importlib.import_module("numba.core.caching")
@@ -207,7 +207,7 @@ def compile_nothing() -> None:
 
 
 def type_calls_once() -> None:
-    """Let numba infer the types of calls of a function once per argument types, not at every call."""
+    """Let numba infer the types of calls of a function once per set of argument types, not at every call."""
     functions: Any = importlib.import_module("numba.core.types.functions")
     infer = functions.BaseFunction.get_call_type
     results: dict[Any, Any] = {}

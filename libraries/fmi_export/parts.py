@@ -13,7 +13,7 @@ def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
     """Return the numbers of a contiguous array from `start` on as an array of another type and shape, without a copy.
 
     In kernels it costs nothing if the result is not used, and does not check bounds; slices, `view` and `reshape` would
-    do the same with divisions and branches, more work than a short kernel.
+    do the same with divisions and branches, which takes longer than a short kernel.
 
     Parameters
     ----------

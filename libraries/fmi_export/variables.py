@@ -35,7 +35,7 @@ class Array(NamedTuple):
 class Enumeration:
     """Values of a switch or a status: the numbers from 0 on, each with a name and a description.
 
-    `name` is that of the type in a modelDescription, capitalised like a class.
+    `name` is the name of the type in a modelDescription, capitalised like a class.
     """
 
     name: str
@@ -68,8 +68,8 @@ class Variable:
 
     `initially_depends_on` of an output lists the parameters and inputs that its value depends on at initialisation,
     the InitialUnknowns of FMI: variables, or `sites[*].clearance` for those of all `repeated` parts; with None, it may
-    depend on all of them. `initially_equals` names the one whose value it has then. Both describe a successful
-    initialisation.
+    depend on all of them. `initially_equals` names the parameter or input whose value it has then. Both describe a
+    successful initialisation.
 
     `display_unit` of a Real is its display unit, if it is not the usual one of its unit (`building.units.DISPLAYED`).
     `enumeration` names the values of an Integer; see `enumerated`.

@@ -26,7 +26,7 @@ class AttachedBearing:
         Its coefficients depend on the spin speed.
     right, left
         Map from the coordinates to x and y of its position, shape (2, size), and from forces along x and y there to
-        forces on the coordinates, shape (size, 2). Of `Bearing.tilting`, those of slopes and moments.
+        forces on the coordinates, shape (size, 2). For `Bearing.tilting` these are the maps of slopes and moments.
     """
 
     bearing: Bearing
@@ -50,9 +50,9 @@ class Matrices:
     hysteresis
         Hysteretic damping of the shaft in addition, for motion at a single frequency; None if the shaft has none.
     slopes
-        Of a reduced model, the maps from the coordinates to the slopes x' and y' of each node in turn, shape
-        (2 nodes, size), and from moments there to the coordinates. Of the finite-element model None: there the slopes
-        of a node are the coordinates after its translations.
+        For a reduced model, the maps from the coordinates to the slopes x' and y' of each node in turn, shape (2 nodes,
+        size), and from moments there to the coordinates. For the finite-element model this is None: there the slopes of
+        a node are the coordinates after its translations.
     """
 
     M: Array
@@ -152,7 +152,7 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     """Assemble the free rotor, without its bearings (3.1 to 3.6).
 
     The centre of mass of a rigid body lies at the distance d (m) along +z from its node, which moves by x and tilts by
-    the slope x' = dx/dz, in each of both planes:
+    the slope x' = dx/dz, in both planes:
 
         x_c = x + d x',   T = m (dx_c/dt)^2/2 + I_d (dx'/dt)^2/2                                       (1)
         M = [[m, m d], [m d, I_d + m d^2]]   over (x, x')                                             (2)

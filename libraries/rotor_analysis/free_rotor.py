@@ -40,7 +40,7 @@ class FreeRotor:
     rigid
         Two rigid motions, translation and tilt about the centre of mass, with R^T M R = 1, shape (n, 2).
     mu
-        1/(omega^2 + s) of the elastic modes (s^2/rad^2), descending, shape (n - 2,); last, 0 of motions without mass.
+        1/(omega^2 + s) of the elastic modes (s^2/rad^2), descending, shape (n - 2,); last, 0 for motions without mass.
     shapes
         S of (1), in the same order, shape (n, n - 2).
     """
@@ -117,7 +117,7 @@ def residual_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...], negligi
     """Return the residual attachment shapes of forces at nodes, beyond the first `count` elastic modes, as modes.
 
     Combinations of forces whose residual flexibility is a negligible share of the whole elastic flexibility, such as
-    opposite forces at close places, have no shape: it would be fast.
+    opposite forces at close places, get no shape, because its frequency would be high.
     """
     rows, elastic = rotor.rows(nodes), 1.0 - SHIFT * rotor.mu
     T = rotor.shapes / np.sqrt(elastic)  # T T^T is the elastic flexibility

@@ -71,7 +71,8 @@ class HarmonicModel:
     def stiffness(self, omegas: Array, Omega: float, forces: Forces | None = None) -> Complex:
         """Return the matrix of (1) at frequencies and a spin speed (rad/s), shape (n, size, size).
 
-        The product with F takes only its rows and columns: those of all nodes took most of the time of a response.
+        The product with F uses only its rows and columns; including those of all nodes took most of the time of a
+        response.
         """
         stiffness = dynamic_stiffness(self.model, Omega, omegas)
         if self.axial_mass:

@@ -13,9 +13,8 @@ the forward and the backward part of the motion. For motion faster than the spin
 whirl has the direction of the velocity and drives this whirl. Synchronous forward whirl leaves the strain constant and
 dissipates nothing.
 
-A model in time needs a force that depends on positions and velocities. For a free rotor with
-K phi_k = omega_k^2 M phi_k and phi_k^T M phi_k = 1 it is that of the viscous damping with equal loss in each mode at
-rest,
+A model in time needs a force that depends on positions and velocities. For a free rotor with K phi_k = omega_k^2 M
+phi_k and phi_k^T M phi_k = 1 this force is that of viscous damping with equal loss in each mode at rest,
 
     C_i = eta sum_k omega_k (M phi_k)(M phi_k)^T.                                                          (2)
 

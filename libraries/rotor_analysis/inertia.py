@@ -2,7 +2,7 @@
 
     M phi = mu (K + s M) phi,   omega^2 = 1/mu - s                                                (1)
 
-Motion without inertia has mu = 0: it follows the other coordinates statically and is no mode.
+Motion without inertia has mu = 0: it follows the other coordinates statically and is not a mode.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def inertial_modes(M: Array, K: Array, shift: float = 0.0) -> tuple[Array, Array
     M, K
         Mass and stiffness, shape (n, n).
     shift
-        s of (1) in rad^2/s^2, with which K + s M is positive definite.
+        s of (1) in rad^2/s^2, for which K + s M is positive definite.
     """
     from scipy.linalg import eigh  # slow to import
 

@@ -62,7 +62,8 @@ def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: flo
 def frequency_error(exact: Array, frequencies: Array) -> Array:
     """Return |frequencies / exact - 1| of each frequency, infinite for missing ones, shape (len(exact),).
 
-    Rounding of the stiffness adds to the squares of frequencies. Those below `SLOW` are compared with it.
+    Rounding of the stiffness adds an error to the squares of frequencies. The errors of frequencies below `SLOW` are
+    therefore taken relative to `SLOW`.
     """
     error, frequencies = np.full(len(exact), np.inf), frequencies[: len(exact)]
     compared = exact[: len(frequencies)]

@@ -95,7 +95,7 @@ def space_with_residuals(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -
 
 
 def space_for_band(rotor: FreeRotor, highest: float, nodes: tuple[int, ...], accuracy: float) -> ShapeSpace:
-    """Return the smallest space in which the receptance between nodes is accurate, with the slowest fastest shape.
+    """Return the smallest space with an accurate receptance between nodes, and of equals the least stiff one.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def reduce_to_shapes(full: Matrices, space: ShapeSpace, places: tuple[int, ...])
 def reduce_to_modes(full: Matrices, count: int, nodes: tuple[int, ...]) -> Reduction:
     """Return a free rotor in its first elastic modes, at most `count`, and all residual shapes of forces at nodes.
 
-    The translations at these nodes come first. A rotor without inertia somewhere is not reduced.
+    The translations at these nodes come first. A rotor with a node without inertia is not reduced.
 
     Raises
     ------

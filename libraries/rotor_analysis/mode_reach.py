@@ -1,6 +1,6 @@
 """Reach of magnets and sensors at the bending modes of the free rotor.
 
-A bearing whose law answers a displacement at its sensor by a force at its magnet adds to a mode of modal mass m
+A bearing whose law answers a displacement at its sensor with a force at its magnet adds to a mode of modal mass m
 
     m (q'' + 2 zeta w q' + w^2 q) = -sum_b phi_m phi_s (k + c d/dt) q                                  (1)
 
@@ -83,7 +83,7 @@ def mode_reaches(rotor: Rotor, magnets: Sequence[str], count: int) -> list[ModeR
     Parameters
     ----------
     rotor
-        With its bearings and sensors.
+        The rotor with its bearings and sensors.
     magnets
         Names of the bearings that are magnets.
     count

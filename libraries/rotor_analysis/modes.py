@@ -30,7 +30,7 @@ class Mode:
         phi over the model's rows; the largest translation is 1 (no unit), or the largest slope if no node translates.
     whirl_sense
         Per node of the model, 1 for a forward circle, -1 for a backward one, 0 for a straight line, in between for an
-        ellipse: 2 Im(x conj(y)) / (|x|^2 + |y|^2). Forward is from x to y, as positive spin. 0 for a node at rest.
+        ellipse: 2 Im(x conj(y)) / (|x|^2 + |y|^2). Forward is from x to y, like positive spin. 0 for a node at rest.
     """
 
     eigenvalue: complex
@@ -151,8 +151,9 @@ def _whirl_senses(x: Complex, y: Complex) -> list[float]:
 def _separate_whirl(model: Matrices, values: Complex, shapes: Complex) -> Complex:
     """Replace shapes that share an eigenvalue by combinations, from the most backward to the most forward.
 
-    Only combinations that also solve the eigenproblem: sum_i e_ij phi_i misses sum_i e_ij (lambda_i - lambda_j) phi_i,
-    which is large if the shapes are almost parallel because the eigenvalue is almost defective.
+    Only combinations that also solve the eigenproblem are used: sum_i e_ij phi_i misses sum_i e_ij
+    (lambda_i - lambda_j) phi_i, which is large if the shapes are almost parallel because the eigenvalue is almost
+    defective.
     """
     shapes, begin = shapes.copy(), 0
     for end in range(1, len(values) + 1):

@@ -231,7 +231,7 @@ class Bearing(_Placed):
 
     @property
     def tilting(self) -> Bearing | None:
-        """Its moments by (2) as the forces of a bearing by (1) on slopes in place of displacements; None without."""
+        """Its moments (2), as a bearing whose forces (1) act on slopes instead of displacements; None if it has none"""
         tensors = [self.tilt_stiffness, self.tilt_damping]
         tensors += [tensor for row in self.at_speed for tensor in (row.tilt_stiffness, row.tilt_damping)]
         if all(tensor == NO_TENSOR for tensor in tensors):

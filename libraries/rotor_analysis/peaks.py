@@ -23,7 +23,7 @@ class Peak:
     Omega, amplitude
         Speed (rad/s) and amplitude at the peak.
     amplification
-        AF = Omega/(Omega_2 - Omega_1), the speeds where the amplitude is 1/sqrt(2) of the peak.
+        AF = Omega/(Omega_2 - Omega_1), with the speeds where the amplitude is 1/sqrt(2) of the peak.
     from_single_side
         Whether only one of these speeds exists, so that the width is twice its distance from the peak.
     """
@@ -99,7 +99,7 @@ def _peak(Omega: float, height: float, before: float | None, after: float | None
 
 
 def separation_margin(Omega: float, lowest: float, highest: float) -> float:
-    """Return the distance (%) of a critical speed from the operating speeds, over the nearer end; negative within."""
+    """Return the distance (%) of a critical speed from the nearer end of the operating speeds; negative within them."""
     if Omega < lowest:
         return 100.0 * (lowest - Omega) / lowest
     if Omega > highest:

@@ -28,7 +28,7 @@ class ReceptanceError:
     limit
         Lowest frequency at which the error exceeds it (rad/s); infinite if there is none.
     frequencies
-        A quarter, a half, the whole and the double of the limit (rad/s), shape (4,); empty if the limit is infinite.
+        A quarter, a half, one and two times the limit (rad/s), shape (4,); empty if the limit is infinite.
     error, spinning
         Error at these frequencies of the rotor at rest, and of whirl in either direction when it spins as fast, shape
         (4,) each.
@@ -46,9 +46,9 @@ def receptance_error(rotor: Rotor) -> ReceptanceError | None:
 
     max |H_ij reduced - H_ij| / sqrt(S_i S_j), with S_i the sum of magnitudes of all modal terms of H_ii (m/N)     (1)
 
-    i and j are the planes of bearings and sites (`force_nodes`), of the undamped free rotor. The limit is that at rest.
-    Gyroscopic moments couple retained and omitted shapes, so that the error grows with the spin; S_i stays that at
-    rest. None if a node has no inertia: such a rotor has no plant.
+    i and j are the planes of bearings and sites (`force_nodes`), of the undamped free rotor. The limit applies to the
+    rotor at rest. Gyroscopic moments couple retained and omitted shapes, so that the error grows with the spin; S_i
+    stays that at rest. The result is None if a node has no inertia, because such a rotor has no plant.
     """
     full, nodes, accuracy = assemble(rotor), force_nodes(rotor), rotor.reduction.accuracy
     if lacks_inertia(full.M, full.K):

@@ -101,8 +101,8 @@ def with_modes(rotor: Rotor, modes: int) -> Rotor:
 def with_modes_up_to(rotor: Rotor, highest: float) -> Rotor:
     """Return the rotor whose plant has all free modes up to a frequency (rad/s), for analyses of its control.
 
-    The modes above act by their residual shapes, all of which are retained (`modal_reduction`). A rotor with a node
-    without inertia, or without reduction, is returned unchanged: it has all elements.
+    The modes above act through their residual shapes, all of which are retained (`modal_reduction`). A rotor with a
+    node without inertia, or without reduction, is returned unchanged: it has all elements.
     """
     full = assemble(rotor)
     if rotor.reduction.method == "none" or lacks_inertia(full.M, full.K):
@@ -124,7 +124,7 @@ def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
 def whirl_error(rotor: Rotor, count: int = 6) -> WhirlError | None:
     """Return the errors of the plant's frequencies of whirl at the speed that the rotor file states.
 
-    None if it states none, or a node has no inertia: such a rotor has no plant.
+    The result is None if the file states none, or if a node has no inertia, because such a rotor has no plant.
     """
     full, speed = assemble(rotor), rotor.reduction.speed
     if not speed or lacks_inertia(full.M, full.K):

@@ -5,8 +5,8 @@ Near a resonance a response is h = a/(x - x_0 - j sigma), so that the inverse of
     |h|^-2 = ((x - x_0)^2 + sigma^2)/|a|^2                                                        (1)
 
 Through three samples it gives x_0 and sigma even of a peak that is much sharper than their distances. If the parabola
-predicts a higher maximum than the samples have, or they are too far apart, samples are added at x_0 + sigma tan(psi),
-which divides the circle of h evenly, and halfway between a maximum and a neighbour that is less than half as high.
+predicts a higher maximum than the samples, or they are too far apart, samples are added at x_0 + sigma tan(psi), which
+divides the circle of h evenly, and halfway between a maximum and a neighbour that is less than half as high.
 
 Three samples of any other curve do not show a peak that is narrower than their distances: they may lie evenly on its
 flanks, about a sample that is not its top. A maximum is therefore accepted only if the second differences at its
@@ -132,7 +132,7 @@ def _may_be_narrow(x: Array, h: Array, k: Indices, curve: Indices) -> Array:
 
 
 def _next_to_first(x: Array, h: Array) -> list[float]:
-    """Return a sample close to the first where a column of h is largest there and its slope does not show yet."""
+    """Return a sample close to the first where a column of h is largest there and its slope is not yet visible."""
     first = x[1] - x[0]
     is_wide = first > END * (x[-1] - x[0]) and first > NEXT * (x[2] - x[1])
     return [float(x[0] + 0.5 * NEXT * first)] if is_wide and (h[0] > h[1]).any() else []
@@ -141,7 +141,7 @@ def _next_to_first(x: Array, h: Array) -> list[float]:
 def _fans(peaks: Sequence[tuple[float, float, float, float]], offsets: Array = FAN) -> Array:
     """Return samples about peaks (position, half width, least and largest sample).
 
-    Of peaks at about the same position only the sharpest has samples.
+    Of several peaks at about the same position, only the sharpest gets samples.
     """
     result: list[Array] = [np.empty(0)]
     placed: list[tuple[float, float]] = []
@@ -159,7 +159,7 @@ def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
     Parameters
     ----------
     x, g
-        Ascending, and values of which the second is the least, shape (3, ...).
+        Ascending, and values, the second of which is the smallest, shape (3, ...).
     """
     before, after = x[0] - x[1], x[2] - x[1]
     rise, fall = (g[0] - g[1]) / before, (g[2] - g[1]) / after
@@ -169,7 +169,7 @@ def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
 
 
 def _between(more: Array, x: Array) -> Array:
-    """Return those of `more`, ascending, that lie between the ends of x and equal no sample of x and none another."""
+    """Return the values of `more`, ascending and unrepeated, that lie between the ends of x and are not in x."""
     distinct = np.unique(more[(more > x[0]) & (more < x[-1])])
     distinct = distinct[np.diff(distinct, prepend=-np.inf) > SAME * np.abs(distinct)]
     after = np.clip(np.searchsorted(x, distinct), 1, len(x) - 1)

@@ -253,7 +253,7 @@ class Rotor:
 
     @property
     def thrust(self) -> str:
-        """Name of the thrust disc, empty without one."""
+        """Name of the thrust disc, empty if there is none."""
         return "" if self.thrust_disc is None else self.thrust_disc.name
 
     @property

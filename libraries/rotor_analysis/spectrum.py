@@ -4,13 +4,13 @@
 
 Hysteretic damping D depends on the frequency of the motion only by the sign of its difference from the spin speed
 (`hysteresis`). It is constant for all motion slower than the spin, and for all faster motion, so two linear problems
-have all modes. An overdamped mode, which has no frequency, is one of a third problem with D at frequency 0.
+contain all modes. An overdamped mode, which has no frequency, is one of a third problem with D at frequency 0.
 
 A motion N that nothing holds, K N = 0, has the eigenvalue 0, and has it twice if nothing resists its velocity either:
 
     multiplicity of 0  =  2 dim N - rank(L^T (C + Omega G) N),   L^T K = 0                          (2)
 
-Rounding leaves a double eigenvalue as far as 0.1 rad/s from 0; so as many of the smallest are set to 0.
+Rounding leaves a double eigenvalue up to 0.1 rad/s away from 0; therefore that many of the smallest are set to 0.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ def eigenvalues(model: Matrices, Omega: float) -> Complex:
 def slowest_eigenvalues(model: Matrices, Omega: float, count: int) -> Complex:
     """Return the eigenvalues (rad/s) of (1) nearest to zero at Omega (rad/s), with those of `count` vibrations or more.
 
-    Arnoldi's method with inverse iteration (ARPACK); all eigenvalues of a small model or with hysteretic damping. Slow
-    vibrations that are strongly damped may be farther from zero.
+    The method is Arnoldi's with inverse iteration (ARPACK); for a small model, or with hysteretic damping, all
+    eigenvalues are computed. Slow vibrations that are strongly damped may be farther from zero.
     """
     from scipy.linalg import lu_factor, lu_solve
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
@@ -106,8 +106,9 @@ def oscillating(values: Complex) -> Bools:
 def _by_frequency(model: Matrices, loss: Hysteresis, Omega: float) -> tuple[Complex, Complex]:
     """Return the modes that are slower than the spin, those that are faster, and overdamped ones.
 
-    Near the spin speed a mode may be slower by one problem and not by the other. So a lightly damped mode is taken from
-    that of faster motion if it is not among the first n, where n modes of the other problem are slower.
+    Near the spin speed a mode may be slower by one problem and not by the other. A lightly damped mode is therefore
+    taken from the problem of faster motion if it is not among the first n there, where n modes of the other problem are
+    slower.
     """
     spin = abs(Omega)
     values, vectors = _solved(model, Omega, loss.stiffness(0.0, Omega))

@@ -35,12 +35,12 @@ ROUNDING = 1e-7  # of |e|
 def whirl(frequencies: Array, shapes: Array, G: Array) -> tuple[Array, Array]:
     """Return the frequencies of whirl (rad/s) in a space of shapes, and p of (1) in columns.
 
-    First the slowest forward one, then the others, forward and backward in turn, ascending.
+    The slowest forward one comes first, then the others, forward and backward in turn, ascending.
 
     Parameters
     ----------
     frequencies
-        Of M-orthonormal shapes (rad/s), those of the rigid motions first, shape (m,).
+        Frequencies of M-orthonormal shapes (rad/s), those of the rigid motions first, shape (m,).
     shapes
         The shapes in columns, shape (n, m).
     G
@@ -58,7 +58,7 @@ def with_spinning_shapes(
 ) -> ShapeSpace:
     """Return a space in which the spinning rotor whirls as fast as with all elements, with few additional shapes.
 
-    They join the residual shapes. An accurate space is returned unchanged.
+    They are added to the residual shapes. An accurate space is returned unchanged.
 
     Parameters
     ----------

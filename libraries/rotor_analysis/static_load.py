@@ -46,7 +46,7 @@ def carried_masses(rotor: Rotor, springs: Mapping[str, float] | None = None) -> 
 def carried_with_seals(rotor: Rotor, springs: Mapping[str, float], Omega: float) -> dict[str, Array]:
     """Return the tensor S (kg), shape (2, 2), of the load S g of each bearing under gravity g across the shaft.
 
-    Seals are springs, with their stiffness at a spin speed; that across the displacement loads the bearings across
+    Seals are springs, with their stiffness at a spin speed; their cross-coupled stiffness loads the bearings across
     gravity, too. Without seals S is the mass of `carried_masses` times the identity.
 
     Parameters

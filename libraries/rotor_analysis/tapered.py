@@ -21,7 +21,7 @@ WEIGHTS = 0.5 * _WEIGHTS
 
 
 def stiffness(element: Element, phi: float) -> Array:
-    """Return int E I B' B'^T + kappa G A gamma gamma^T dz, gamma = w' - beta the shear angle, shape (4, 4)."""
+    """Return int E I B' B'^T + kappa G A gamma gamma^T dz with the shear angle gamma = w' - beta, shape (4, 4)."""
     length, E = element.length, element.material.youngs_modulus
     bending = _integral(element, lambda s: E * element.second_moment_at(s) * _outer(_curvature(s, length, phi)))
     if phi == 0.0:

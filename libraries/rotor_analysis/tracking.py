@@ -97,7 +97,7 @@ def track_modes(over_speed: ModesOverSpeed, speeds: Array, count: int) -> list[l
     Returns
     -------
     list
-        For each mode its values at each speed; None from where it no longer oscillates.
+        For each mode its values at each speed; None once it no longer oscillates.
 
     Raises
     ------
@@ -122,9 +122,9 @@ def modes_begun_later(
 ) -> list[list[Mode | None]]:
     """Return the tracks of modes that begin to oscillate above the first speed, None before they do.
 
-    Those count that begin without a resonance, with a damping ratio above 1/sqrt(2), and at the last speed have one and
-    are slower than the fastest of `tracks`. A gyroscopic rotor in well damped bearings creeps at rest and whirls
-    backward at speed.
+    A mode counts if it begins without a resonance, with a damping ratio above 1/sqrt(2), but has a resonance at the
+    last speed and is slower there than the fastest of `tracks`. A gyroscopic rotor in well damped bearings creeps at
+    rest and whirls backward at speed.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def _tilting(rotor: Rotor) -> list[Bearing]:
 
 
 def planes_are_alike(rotor: Rotor) -> bool:
-    """Return whether bearings and seals at rest have no other stiffness and mass in y than in x, and couple neither."""
+    """Return whether bearings and seals at rest have equal stiffness and mass in x and y, without coupling the axes."""
     supports = (*rotor.bearings, *rotor.seals, *_tilting(rotor))
     tensors = (tensor for part in supports for tensor in part.at(0.0)[::2])
     return all(np.array_equal(0.5 * (T + T.T), T[0, 0] * np.eye(2)) for T in tensors)
@@ -60,7 +60,7 @@ def planes_are_alike(rotor: Rotor) -> bool:
 def undamped_frequencies(supported: Matrices, rotor: Rotor, count: int) -> Array:
     """Return the natural frequencies of the undamped rotor at rest on its bearings and seals (rad/s), ascending.
 
-    K phi = omega^2 M phi with the symmetric parts of K and M; the skew part of cross-coupling is no potential. If the
+    K phi = omega^2 M phi with the symmetric parts of K and M; the skew part of cross-coupling has no potential. If the
     planes are alike, these are the first `count` of `undamped_modes`, each of which exists in both planes. Otherwise
     they are the first 2 `count` of both planes together. Rigid motions that nothing holds are omitted, and fewer are
     returned if the model has fewer.

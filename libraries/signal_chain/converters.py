@@ -9,7 +9,7 @@ from fmi_export.jit import kernel
 
 
 class Converter(NamedTuple):
-    """Least significant bit (V) of a converter, and its number of levels below zero, 1 more than above."""
+    """Least significant bit (V) of a converter, and its number of levels below zero, which is one more than above."""
 
     step: float
     half: float

@@ -9,7 +9,7 @@ from fmi_export.jit import kernel
 
 @kernel
 def with_faults(faults: np.record, healthy: float, last: float) -> float:
-    """Return the signal of a sensor under its faults; noise is added before.
+    """Return the signal of a sensor under its faults; noise has already been added.
 
     Dead: 0, regardless of the other faults. Stuck: its last signal. Offset: added to the signal without faults.
 

@@ -125,7 +125,7 @@ class ThrustDisc:
     def operating_point(self, load: float = 0.0) -> OperatingPoint:
         """Return the control current and the slopes of the force at the centre, under a static force (N).
 
-        By (3); the flux density of a saturated magnet is constant.
+        The slopes follow from (3); the flux density of a saturated magnet is constant.
 
         Raises
         ------

@@ -19,7 +19,7 @@ r_3 to r_4 of the poles, and the slot's depth h:
     2 pi c/(lambda sqrt(sigma/mu)) = h/r_2 + h/r_3 + 2 ln(r_3/r_2)                            (4)
         + 2 int_r1^r2 ((r^2 - r_1^2)/(r_2^2 - r_1^2))^2 dr/r + 2 int_r3^r4 ((r_4^2 - r^2)/(r_4^2 - r_3^2))^2 dr/r
 
-Normalised, the flux over that without eddy currents is
+The flux relative to that without eddy currents is
 
     G(s) = 1/(1 + sqrt(s/omega_e)),   sqrt(omega_e) = R_0/c                                   (5)
 
@@ -27,8 +27,8 @@ Its phase tends to -45 degrees, its magnitude falls with the root of the frequen
 the current's and the displacement's share of the force lag: F = G(s) (K_i i + K_s z).
 
 The form (2) is that of L. Zhu, C. R. Knospe, E. H. Maslen, IEEE Trans. Magn. 41 (2005), of which only the abstract was
-read; (3) and (4) are derived here. Not in them: the iron's static reluctance and a skin as thick as the iron, which
-matter with a low permeability, and saturation. Rotation does not change an axially symmetric field. Compared with
+read; (3) and (4) are derived here. They neglect the iron's static reluctance and a skin as thick as the iron, which
+matter at a low permeability, and saturation. Rotation does not change an axially symmetric field. Compared with
 solutions of the diffusion equation for four bearings, G is within 13 % up to 1 kHz with mu_r of 500 to 2000, and within
 30 % with 200, where it lags too much (`tests/support/axial_diffusion.py`).
 """
@@ -85,7 +85,7 @@ def corner_frequency(disc: ThrustDisc, iron: SolidIron) -> float:
 def pole_face(ring: Ring, fed_from: float) -> float:
     """Return the integral of the squared share of the flux over ln r, along a pole face that feeds the gap evenly.
 
-    With the edge r_a at which the flux enters, the other one r_b, and D = r_b^2 - r_a^2:
+    With the edge r_a at which the flux enters, the other edge r_b, and D = r_b^2 - r_a^2:
 
         int ((r_b^2 - r^2)/D)^2 dr/r = (r_b^4 ln(r_b/r_a) - r_b^2 D + (r_b^4 - r_a^4)/4)/D^2
 

@@ -1,8 +1,8 @@
-"""Motion along the shaft against faces: phases of linear motion, each up to where a seat is met or left.
+"""Motion along the shaft against faces, in phases of linear motion that end where a seat is met or left.
 
-In a phase, a ring that is pressed is a spring and a damper, linear about the middle of the phase; the motion is (2) of
-`axial_motion`, with the sums over the faces. A seat is left where its force would pull: then the ring relaxes, and what
-it has stored becomes heat.
+In a phase, a pressed ring acts as a spring and a damper, linearised about the middle of the phase; the motion is (2) of
+`axial_motion`, with the sums over the faces. The rotor leaves a seat where its force would pull; the ring then relaxes,
+and its stored energy becomes heat.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def move_onto_faces(
 def _pass_phase(
     mass: float, force: float, gradient: float, motion: np.record, faces: FaceRecords, left: float, events: bool
 ) -> float:
-    """Pass a phase of at most `left` (s), which ends where a seat is met or left; return its length."""
+    """Advance by a phase of at most `left` (s), which ends where a seat is met or left; return its length."""
     z: float = motion.z
     speed: float = motion.speed
     length = left
@@ -119,7 +119,7 @@ def _longest(face: Face, mass: float, z: float, speed: float) -> float:
 
 @kernel
 def _linearise(face: Face, z: float, speed: float, length: float) -> None:
-    """Set spring and damper of a pressed face for a phase of this length (s), about the middle of its way."""
+    """Set spring and damper of a pressed face for a phase of this length (s), linear about the middle of its path."""
     delta: float = penetration(face, z)
     stiffness: float = face.stiffness
     damping: float = face.damping
@@ -159,7 +159,7 @@ def _turning(a: float, w: float, speed: float, longest: float) -> float:
 
 @kernel
 def _stays(faces: FaceRecords, mass: float, z: float, speed: float, a: float, w: float) -> bool:
-    """Return whether the vibration about the rest on a single seat is too small to leave it or to lift a side."""
+    """Return whether the vibration on a single seat is too small for the face to leave it or to lift on one side."""
     pressed = -1
     for k in range(faces.shape[0]):
         if faces[k].is_pressed != 0.0:
@@ -215,7 +215,7 @@ def _collect(
     new_speed: float,
     sum_of_way: float,
 ) -> None:
-    """Collect time, depth, way, impulse and largest force of a pressed face in a phase."""
+    """Collect time, depth, travel, impulse and largest force of a pressed face in a phase."""
     face.part_time += length
     face.part_depth += penetration(face, z) * length - face.side * sum_of_way
     face.part_way -= face.side * way

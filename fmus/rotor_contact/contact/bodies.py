@@ -106,7 +106,7 @@ def drive_torque(spin: Spin, Omega: float) -> float:
 
 @kernel
 def drive_slope(spin: Spin) -> float:
-    """Return the slope (N m s) of drive and drag over the speed; a drive with the limit 0 is off."""
+    """Return the slope (N m s) of drive and drag with respect to the speed; a drive with the limit 0 is off."""
     slope: float = spin.drag + (spin.gain if spin.torque_limit > 0.0 else 0.0)
     return slope
 

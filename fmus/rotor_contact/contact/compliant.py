@@ -54,7 +54,7 @@ def _penetration(site: Site) -> float:
 
 @kernel
 def reversed_push(site: Site, v: Array) -> float:
-    """Return -`Response.push` (N) by its sign when contact was last resolved; positive once N has passed its kink.
+    """Return -`Response.push` (N) times its sign when contact was last resolved; positive once N has passed its kink.
 
     The radius of the journal must be up to date.
     """

@@ -9,9 +9,9 @@ Every site has two unknowns, N_k and T_k, and two equations in every mode (4.27 
 r_k, v_k and a_k are displacement, velocity and acceleration of the journal relative to its retainer; the accelerations
 of a race and of a free spin belong to the left side of the last equation. The equation of N_k in contact is (4.15)
 divided by 2 r_k; that of T_k in rolling is (4.33). Free sites are omitted, and T_k of a sliding site is substituted, so
-the unknowns are N_k of the constrained sites and T_k of those that roll. The same equations, with other right-hand
-sides, give impulses (`impact`) and corrections (`project`). Compliant contacts (`compliant`) have none. For n, t and
-their signs see `site`.
+the unknowns are N_k of the constrained sites and T_k of the rolling sites. The same equations, with other right-hand
+sides, give impulses (`impact`) and corrections (`project`). Compliant contacts (`compliant`) do not need these
+equations. For n, t and their signs see `site`.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ def write_equations(w: Workspace, friction: float) -> int:
     """Write the left-hand sides for the constrained sites in their modes; return the number of equations.
 
     Right-hand sides are set to zero. Row and column `site.unknown` belong to N_k, the next to T_k if the site rolls; a
-    column holds the response M^-1 (-n) or M^-1 t, that of N_k of a sliding site with its friction,
-    M^-1 (-n - mu sign t). `friction` is 1, or 0 to leave sliding friction out.
+    column holds the response M^-1 (-n) or M^-1 t; the response to N_k of a sliding site includes its friction, M^-1
+    (-n - mu sign t). `friction` is 1, or 0 to leave sliding friction out.
     """
     size = number_unknowns(w.sites)
     Minv, sites = w.Minv, w.sites
@@ -136,9 +136,9 @@ def multipliers(site: Site, equations: Equations, friction: float) -> tuple[floa
 
 @kernel
 def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> bool:
-    """Solve the multipliers of the constrained sites and add their effect to the acceleration `a`; False if singular.
+    """Solve for the multipliers of the constrained sites and add their effect to `a`; return False if singular.
 
-    Arguments are displacements (m), velocities (m/s), spin speed (rad/s) and accelerations (m/s^2).
+    Arguments are displacements (m), velocities (m/s), spin speed (rad/s) and accelerations `a` (m/s^2).
     """
     if not is_any_constrained(w.sites):
         return True
@@ -152,7 +152,7 @@ def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> b
 
 @kernel
 def find_multipliers(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> bool:
-    """Solve f_n and f_t of the constrained sites from the contact-free acceleration `a`; return False if singular.
+    """Solve for f_n and f_t of the constrained sites from the contact-free acceleration `a`; return False if singular.
 
     Arguments as for `apply_contact`; only the entries of `a` that belong to sites are read.
     """

@@ -1,8 +1,8 @@
 """Forces of faces on the shaft, its spin, and the retainers on which it lands; and their heat.
 
-Over a part of a step the force of the seat is known from the motion along the shaft, and the torque of friction from
-the state at its beginning: that torque ends the slip at the earliest at the end of the part. The centre of pressure and
-the friction across the shaft follow the lateral motion.
+Over a part of a step, the force of the seat follows from the motion along the shaft, and the torque of friction from
+the state at its beginning; this torque cannot end the slip before the end of the part. The centre of pressure and the
+friction across the shaft follow the lateral motion.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def is_pressing(face: Face) -> bool:
 
 @inlined_kernel
 def is_any_pressing(w: Workspace) -> bool:
-    """Return whether any seat does."""
+    """Return whether any seat pushes in the present part of a step."""
     return w.faces.shape[0] > 0 and _is_any_pressing(w)
 
 
@@ -159,7 +159,7 @@ def relative_motion(w: Workspace, k: int, v: Array, Omega: float) -> tuple[float
 
 @kernel
 def lean_of(w: Workspace, k: int, q: Array) -> tuple[float, float]:
-    """Return the lean x', y' of the shaft at face k (rad), or of velocities its rate (rad/s)."""
+    """Return the lean x', y' (rad) of the shaft at face k, or its rate (rad/s) if z contains velocities."""
     m = w.Minv.shape[0]
     rows = faces_of(w.faces, m).rows
     return dot(rows[8 * k + 2], q[:m]), dot(rows[8 * k + 3], q[:m])

@@ -19,8 +19,8 @@ ring under uniform pressure is, with rho = |v|/(|omega| R), m = 4 rho/(1 + rho)^
 
     f = -mu N F v/|v|,    T = -mu N R (D - rho F) sgn(omega),    F = dD/drho,    D = 2 (1 + rho) E(m)/pi   (2)
 
-and of it the share |c|/R acts at the point of the rim next to c, along its own slip: that drives whirl. Below
-`LEAST_SLIP` friction creeps.
+and the share |c|/R of it acts at the point of the rim nearest to c, along that point's own slip; this drives whirl.
+Below `LEAST_SLIP` friction creeps.
 """
 
 from __future__ import annotations
@@ -131,8 +131,8 @@ def place_faces(structure: Structure, parameters: Array, faces: Array) -> None:
 def damping_of(restitution: float, stiffness: float, mass: float) -> float:
     """Return the damping (N s/m) with which a mass (kg) on a spring (N/m) rebounds with this coefficient.
 
-    It leaves where the force would pull: with the damping ratio zeta = cos(a),  -ln(e)/2 = a cot(a);  beyond critical
-    damping with hyperbolic functions.
+    The mass leaves where the force would pull. With the damping ratio zeta = cos(a),  -ln(e)/2 = a cot(a);  beyond
+    critical damping the functions are hyperbolic.
     """
     wanted, low, high = -0.5 * math.log(restitution), 0.0, 1.0
     while _loss(high) < wanted:

@@ -114,7 +114,7 @@ def touch_time(site: Site, z: Array, z_new: Array, dt: float, n: int) -> float:
 def share_before_touch(site: Site, begin: Point, end: Point, dt: float) -> float:
     """Return the share of the time `dt` (s) before the path between two points leaves the retainer.
 
-    0 if it is outside at the beginning, or at neither end.
+    The result is 0 if the path is outside at the beginning, or at neither end.
     """
     square = site.clearance * site.clearance
     if not (end.x * end.x + end.y * end.y > square and begin.x * begin.x + begin.y * begin.y < square):

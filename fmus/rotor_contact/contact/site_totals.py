@@ -1,8 +1,8 @@
 """A contact site over a communication step: peaks, impulses, heat and means, from substeps, pieces and impacts.
 
-An output that a step collects is declared in `site_variables`. Here it has a field of `COLLECTED` or `SITE_INTEGRALS`,
-both of which start each step at zero, or of `SITE_STATE` if it grows from step to step, and lines in the functions of
-this way, where a piece, a substep and an impact each have their share:
+An output that a step collects is declared in `site_variables`. In this module it has a field of `COLLECTED` or
+`SITE_INTEGRALS`, both of which start each step at zero, or of `SITE_STATE` if it grows from step to step. It also has
+lines in the functions of this sequence, to which a piece, a substep and an impact each contribute:
 
     begin_step -> (set_rates, collect_substep | collect_piece | collect_impact)* -> end_step -> average -> write_totals
 """
@@ -35,7 +35,7 @@ Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `matrix_sizes.NOD
 
 
 def places_of(fields: Fields, dtype: np.dtype[np.record]) -> tuple[int, int]:
-    """Return the places, first and end, of adjacent fields among the numbers of a record."""
+    """Return the positions, first and end, of adjacent fields among the numbers of a record."""
     first = dict(dtype.fields or {})[fields[0][0]][1] // 8
     return first, first + size_of(record(*fields))
 
@@ -101,7 +101,7 @@ def average(site: np.record, of_site: np.record, step_size: float) -> None:
 
 @kernel
 def write_totals(site: np.record, y: np.record) -> None:
-    """Write the outputs that a step collects; the largest force includes that at its end, already in `y`."""
+    """Write the outputs that a step collects; the largest force includes that at its end, which is in `y`."""
     y.f_n_peak = max(site.f_n_peak, y.f_n)
     y.f_n_mean = site.f_n_mean
     y.impulse = site.impulse

@@ -5,14 +5,14 @@ acceleration a of the base, relative to which the rotor moves,
 
     m z'' = f + k (z - z_ref) + p - m (g sin(b) + a)                              (1)
 
-With w = k/m, the acceleration a at the beginning, and a damping c over the mass, which faces have, the motion after a
+With w = k/m, the acceleration a at the beginning, and a damping c over the mass, which faces add, the motion after a
 time t is
 
     z(t) = z + v S + a C_2,    v(t) = v S' + a S,    S'' + c S' - w S = 0,  S(0) = 0,  S'(0) = 1         (2)
 
 where C_2 is the integral of S: a gradient k > 0 pushes the rotor away, as a magnet does. The work of all forces is that
-of the force at the beginning, and half the gradient times the square of the way. z couples to the lateral motion by
-neither bearings nor mass, so it is no row of that motion.
+of the force at the beginning, plus half the gradient times the square of the distance. Neither bearings nor mass couple
+z to the lateral motion, so z is not a row of that motion.
 """
 
 from __future__ import annotations

@@ -122,7 +122,7 @@ def spin_coupling(motion: Motion) -> SpinCoupling:
 def motion_of(
     structure: Structure, rows: Array, bearings: Bearings, theta: float, Omega: float, Omega_dot: float
 ) -> Motion:
-    """Return a motion in the memory `rows` and `bearings`; `theta` to `Omega_dot` are those at the beginning."""
+    """Return a motion in the memory `rows` and `bearings`; `theta` to `Omega_dot` are the values at the beginning."""
     return Motion(rows, bearings, structure.over_speed, structure.is_damped, structure.seals, theta, Omega, Omega_dot)
 
 

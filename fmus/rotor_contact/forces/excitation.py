@@ -79,7 +79,7 @@ def collect_forces(structure: Structure, amplitudes: Array, motion: Motion) -> N
     """Write the non-magnetic forces of a step with their accelerations, and the rows of the bearings, into a motion.
 
     The coefficients K, C and the accelerations due to magnets are not written yet. The pairs of the base contain
-    accelerations, against which the shaft has its inertia; its weight acts like an acceleration against gravity.
+    accelerations, which the inertia of the shaft resists; its weight acts like an acceleration against gravity.
     """
     n_bearings, pairs = motion.bearings.shape[0], amplitudes.shape[0] // 2
     given, caused = forces(motion), accelerations(motion)
@@ -107,7 +107,7 @@ def collect_forces(structure: Structure, amplitudes: Array, motion: Motion) -> N
 
 @kernel
 def component(structure: Structure, pair: int, axis: int, i: int) -> float:
-    """Return component i, of a degree of freedom of the shaft, of the unit force of an input along an axis."""
+    """Return component i, for a degree of freedom of the shaft, of the unit force of an input along an axis."""
     n_discs, force = structure.B_disc.shape[0] // 2, 0.0
     if pair == OF_SHAFT:
         force = structure.B_base[axis, i]

@@ -2,7 +2,7 @@
 
     f = -(k_b q + c_b q'),   q = (x, y) of the shaft at it, f the force on it            (1)
 
-They store k_b |q|^2/2 and dissipate c_b |q'|^2.
+The bearings store k_b |q|^2/2 and dissipate c_b |q'|^2.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def bearings_size(count: int) -> int:
 
 @kernel
 def set_passive(bearing: np.record, source: np.record) -> None:
-    """Copy the coefficients of another bearing or of parameters to a bearing, with a magnet without force."""
+    """Copy the coefficients of another bearing or of parameters to a bearing, and give it a magnet without force."""
     bearing.k_b = source.k_b
     bearing.c_b = source.c_b
     bearing.gradient[0] = bearing.gradient[1] = 0.0

@@ -3,9 +3,9 @@
     D(h) = int_0^h [v . C v + v . R (v - Omega J q)] dt = x . H x
 
 C holds the dampers of passive bearings, of mounts and of the shaft to the ground, R those that rotate with the shaft;
-seals are not included. Quadrature over a piece would miss modes that vibrate several times in it; H includes them. That
-of the shortest piece follows by Lobatto's quadrature, the others by doubling: with x' and x'' at the beginnings of both
-halves (`matrix_rows`)
+seals are not included. Quadrature over a piece would miss modes that vibrate several times in it; H includes them. The
+H of the shortest piece follows from Lobatto's quadrature, and the others from doubling: with x' and x'' at the
+beginnings of both halves (`matrix_rows`)
 
     D(2 T) = x' . H(T) x' + x'' . H(T) x''
 

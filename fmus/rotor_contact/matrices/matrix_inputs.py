@@ -44,10 +44,10 @@ TURNS = 2  # first of the four combined rows that is due to unbalances
 
 @kernel
 def combine_around(matrices: StepMatrices, level: int, index: float) -> None:
-    """Combine a level around a point of the grid (`levels_around`), where that is not done yet.
+    """Combine a level around a point of the grid (`levels_around`), unless this has been done.
 
-    The combined rows are interpolated like all others, so that a level that is interpolated has the bits of each
-    product with an interpolated row.
+    The combined rows are interpolated like all others, so that an interpolated level has the same bits as a product
+    with interpolated rows.
     """
     low, place, inputs = math.floor(index), BLENDS * MAX_LEVELS + level, matrices.sizes[0].inputs
     is_between = index > low
@@ -63,7 +63,7 @@ def combine_around(matrices: StepMatrices, level: int, index: float) -> None:
 
 @kernel
 def combine(matrices: StepMatrices, slot: int, level: int) -> None:
-    """Combine a level of a slot for the present amplitudes, or interpolate it, if that is not done yet."""
+    """Combine a level of a slot for the present amplitudes, or interpolate it, unless this has been done."""
     if matrices.combined[slot * MAX_LEVELS + level] == matrices.sizes[0].inputs:
         return
     if slot < N_NEAR and matrices.sizes[0].stride > 1.0:
@@ -100,7 +100,7 @@ def is_derived(matrices: StepMatrices, which: int) -> bool:
 
 @kernel
 def note_derived(matrices: StepMatrices, which: int) -> None:
-    """Note that they were."""
+    """Record that the matrices of a whole step were derived for the present amplitudes."""
     matrices.combined[ALL_SLOTS * MAX_LEVELS + which] = matrices.sizes[0].inputs
 
 
@@ -158,7 +158,7 @@ def _combine_rows(matrices: StepMatrices, slot: int, level: int) -> None:
 
 @noinline_kernel
 def _combine_form(matrices: StepMatrices, H: Array) -> None:
-    """Write the combined rows and columns of a quadratic form, of which the lower triangle is stored."""
+    """Write the combined rows and columns of a quadratic form, whose lower triangle is stored."""
     sizes, n_units = matrices.sizes[0], matrices.amplitudes.shape[0]
     first, units = 2 * int(sizes.n), rows_of_x(matrices)
     for c in range(4):
@@ -182,7 +182,7 @@ def _combine_form(matrices: StepMatrices, H: Array) -> None:
 
 @kernel
 def _weight(same_row: bool, same_unit: bool) -> float:
-    """Return the weight of an element of H among units in one among rows; elements off the diagonal are doubled."""
+    """Return the weight of an element of H for unit inputs in one for rows; elements off the diagonal are doubled."""
     if same_row == same_unit:
         return 1.0
     return 0.5 if same_row else 2.0
@@ -190,6 +190,6 @@ def _weight(same_row: bool, same_unit: bool) -> float:
 
 @kernel
 def _add_multiple(share: float, x: Array, y: Array) -> None:
-    """Add share x to y."""
+    """Add share times x to y."""
     for i in range(x.shape[0]):
         y[i] += share * x[i]

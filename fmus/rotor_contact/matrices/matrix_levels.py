@@ -1,4 +1,4 @@
-"""Levels of the matrices: enough that the shortest piece is short enough for its Taylor series."""
+"""Levels of the matrices, so many that the shortest piece is short enough for its Taylor series."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def begin_slot(
 ) -> None:
     """Assign a slot to a place, with no row built; write its K and C.
 
-    The matrices of a constant speed include the gradients of `StepMatrices.constant`. With gradients that are too large
+    The matrices of a constant speed include the gradients of `StepMatrices.constant`. If the gradients are too large
     for a series over the shortest piece (`can_be_built`), no row will be built.
     """
     sizes, slot = matrices.sizes[0], matrices.slots[which]

@@ -137,7 +137,7 @@ def is_complete(matrices: StepMatrices, which: int, index: float) -> bool:
 
 @kernel
 def _unit_of(matrices: StepMatrices, row: int) -> int:
-    """Return the unit input of a row, or a negative number if it is that of the state or a node force."""
+    """Return the unit input of a row, or a negative number for a row of the state or of a node force."""
     return row - rows_of_x(matrices)
 
 

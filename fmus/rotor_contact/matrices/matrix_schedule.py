@@ -36,7 +36,7 @@ STEPS_PER_SPEED = 16.0  # steps that are subtracted from the count for every spe
 def steps_with_matrices(
     motion: Motion, sites: Sites, step_size: float, key: MatricesKey, memory: np.record
 ) -> tuple[bool, float]:
-    """Return whether the key of the matrices is unchanged, and since how many steps, up to a few more than 32.
+    """Return whether the key of the matrices is unchanged, and for how many steps, up to a few more than 32.
 
     `key` is updated. Each speed that has to be built on the way counts against `STEPS_PER_SPEED` steps, so fast speed
     changes are integrated: building the matrices costs as much as about thirty steps.
@@ -66,7 +66,7 @@ def steps_with_matrices(
 def count_of_steps(count: float, memory: np.record, largest: float) -> float:
     """Return the next count of equal steps, at most `largest`.
 
-    The first matrices of a run are built at once: without them, its start would be less accurate than what follows.
+    The first matrices of a run are built at once: without them, its start would be less accurate than the rest.
     """
     return min(count + 1.0, largest) if memory.has_matrices != 0.0 else float(STEPS_BEFORE_BUILD)
 
@@ -121,7 +121,7 @@ def update_matrices(
 
 @kernel
 def complete_speeds(matrices: StepMatrices, index: float) -> bool:
-    """Return whether levels are there for the speeds around a point of the grid, built or to be interpolated."""
+    """Return whether levels exist for the speeds around a point of the grid, built or to be interpolated."""
     if math.isinf(index):
         return False
     low = float(math.floor(index))
@@ -130,7 +130,7 @@ def complete_speeds(matrices: StepMatrices, index: float) -> bool:
 
 @kernel
 def _complete(matrices: StepMatrices, index: float) -> bool:
-    """Return whether levels are there for a speed of the grid; between speeds that are built, assign a slot to it."""
+    """Return whether levels exist for a speed of the grid; between speeds that are built, assign a slot to it."""
     if matrices.sizes[0].stride == 1.0 or index >= CONSTANT:
         return is_complete(matrices, slot_of(index), index)
     middle = middle_of(index)
@@ -146,7 +146,7 @@ def _complete(matrices: StepMatrices, index: float) -> bool:
 def _look_ahead(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, is_direct: bool, index: float
 ) -> None:
-    """Build the next speed step by step, the closer the present one is to it."""
+    """Build more of the next speed in each step, the closer the present speed is to it."""
     if is_direct:
         low = float(math.floor(index))
         beyond = index - low - 0.5
@@ -171,7 +171,7 @@ def _build(
     number: float,
     share: float,
 ) -> None:
-    """Build up to a share what is not: the speed of this number on the grid, or among those `STRIDE` apart."""
+    """Build up to a share, if necessary, the speed of this number on the grid, or among those `STRIDE` apart."""
     which, index = (slot_of(number), number) if is_direct else (built_slot_of(number), STRIDE * number)
     if not is_complete(matrices, which, index):
         build_slot(structure, motion, sites, matrices, which, index, share)

@@ -85,7 +85,7 @@ def n_rows(n: int, n_ports: int) -> int:
 
 @views
 def all_rows(n: int, n_ports: int, inputs: int) -> int:
-    """Return the number of rows, those for unit inputs included; `inputs` is the number of pairs of these."""
+    """Return the number of rows, including those for unit inputs; `inputs` is the number of pairs of inputs."""
     return n_rows(n, n_ports) + 2 * inputs
 
 
@@ -102,14 +102,14 @@ def n_columns(n_ports: int) -> int:
 def place_index(n_ports: int, point: int, port: int) -> int:
     """Return the first column of S with displacements at a Lobatto point after the first.
 
-    Those of the unbalance, which count as port -1, precede the first port.
+    The columns of the unbalance, which count as port -1, precede the first port.
     """
     return 2 * (1 + n_ports) + PORT_COLUMNS * (1 + port) + 4 * (point - 1)
 
 
 @views
 def velocity_index(n_ports: int, point: int, port: int) -> int:
-    """Return the first column of S with velocities there."""
+    """Return the first column of S with velocities at a Lobatto point after the first."""
     return place_index(n_ports, point, port) + 2
 
 
@@ -153,7 +153,7 @@ def series_size(n: int) -> int:
 
 @views
 def pieces_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int) -> int:
-    """Return the largest number of float64 in the scratch of a piece, with which the matrices are built, too."""
+    """Return the largest number of float64 in the scratch of a piece, which also serves to build the matrices."""
     n_ports = most_ports(n_bearings, n_sites, n_faces)
     n, rows, columns = n + 2 * n_sites, all_rows(n + 2 * n_sites, n_ports, inputs), n_columns(n_ports)
     return rows + 8 * n + 8 * columns + (2 * N_LOBATTO * n_ports) * (columns + 3) + (8 + n_sites) * N_LOBATTO
@@ -167,7 +167,7 @@ def whole_rows(n: int, n_bearings: int, n_sites: int) -> int:
 
 @views
 def whole_columns(n: int) -> int:
-    """Return the size of its end."""
+    """Return the size of the end of a whole step."""
     return 2 * n + 2
 
 
@@ -180,7 +180,7 @@ def whole_size(n: int, n_bearings: int, n_sites: int) -> int:
 
 @views
 def powers_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool) -> int:
-    """Return the largest number of float64 of the forms of the power of spin and seals, which a damped shaft has."""
+    """Return the largest number of float64 of the forms of the power of spin and seals, needed for a damped shaft."""
     rows = all_rows(n + 2 * n_sites, most_ports(n_bearings, n_sites, n_faces), inputs)
     return 2 * N_CONSTANT * MAX_LEVELS * rows * rows if is_damped and n <= MAX_COORDINATES else 0
 

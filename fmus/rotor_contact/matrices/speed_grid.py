@@ -1,9 +1,9 @@
 """Matrices of exact motion between the speeds for which they are built.
 
 P and S (`step_matrices`) depend on the speed through gyroscopic terms, rotating damping and the rotation of the
-unbalance. A constant prescribed speed has matrices of its own (`constant_speed`). Other speeds are rounded to
-`QUANTUM` of d below, an error of g d h/4096, so that a level in use is interpolated once for many pieces; it gives the
-bits of an interpolation in each product.
+unbalance. A constant prescribed speed has matrices of its own (`constant_speed`). Other speeds are rounded to `QUANTUM`
+of d below, an error of g d h/4096, so that a level in use is interpolated once for many pieces. The result has the same
+bits as an interpolation in each product.
 
 Matrices are built for speeds m d apart. Those of the grid, d/4 apart, follow from the parabola through the nearest
 three that are built, at t of m d from the middle one, -1/2 <= t <= 1/2, and those between two speeds of the grid from
@@ -83,7 +83,7 @@ def grid_speed(matrices: StepMatrices, index: float) -> float:
 def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
     """Return the position of a speed (rad/s) on the grid, rounded to a multiple of the quantum.
 
-    It is infinite for a speed beyond the grid, and for one that is no number any more.
+    It is infinite for a speed beyond the grid, and for one that is no longer a number.
     """
     sizes = matrices.sizes[0]
     place: float = sizes.place
@@ -110,7 +110,7 @@ def slot_of(index: float) -> int:
 
 @kernel
 def built_slot_of(number: float) -> int:
-    """Return the slot of the speed of this number among those, `STRIDE` apart, that others are interpolated from."""
+    """Return the slot of the speed of this number among those, `STRIDE` apart, from which others are interpolated."""
     return N_NEAR + int(number - N_BUILT * math.floor(number / N_BUILT))
 
 
@@ -197,7 +197,7 @@ def interpolate_from_built(matrices: StepMatrices, level: int, index: float) -> 
 
 @kernel
 def _up_to_diagonal(row: int) -> int:
-    """Return how many elements of a row of H are read: those to the diagonal, and an even number of them."""
+    """Return how many elements of a row of H are read: those up to the diagonal, rounded up to an even number."""
     return row // 2 * 2 + 2
 
 

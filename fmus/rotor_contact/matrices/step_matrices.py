@@ -14,7 +14,7 @@ the present inputs: `matrix_inputs` combines them from those for unit inputs (`e
 of x. Level l is for a piece of h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the series
 converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
 
-P and S depend on the speed: slots of memory have them for speeds on a grid (`speed_grid`), and two for a constant
+P and S depend on the speed: slots of memory hold them for speeds on a grid (`speed_grid`), and two for a constant
 speed, with the gradients of the magnets (`constant_speed`).
 """
 
@@ -297,7 +297,7 @@ def step_matrices_of(
 
 @kernel
 def forget_combined(matrices: StepMatrices, slot: int) -> None:
-    """Note that no level of a slot is combined."""
+    """Record that no level of a slot is combined."""
     for level in range(MAX_LEVELS):
         matrices.combined[slot * MAX_LEVELS + level] = 0.0
 

@@ -69,7 +69,7 @@ def _moved(at: FaceMotion, i: int, step: float) -> FaceMotion:
 def settle_face_forces(w: Workspace, matrices: StepMatrices, of_forces: Array) -> tuple[bool, float, float]:
     """Correct the forces of all seats at the Lobatto points after the first, by Newton's method for each face.
 
-    Returns whether that is possible, the largest error of the forces so far, and the largest normal force (N). Moments
+    Returns whether this succeeds, the largest error of the forces so far, and the largest normal force (N). Moments
     count by the force at the ring's radius.
     """
     piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
@@ -123,7 +123,7 @@ def _port_of_seat(w: Workspace, matrices: StepMatrices, k: int) -> int:
 
 @noinline_kernel
 def _write_equations(w: Workspace, matrices: StepMatrices, of_forces: Array, k: int) -> None:
-    """Write the matrix of Newton's equations for face k: what its forces change in themselves through the motion."""
+    """Write the matrix of Newton's equations for face k: how its forces change themselves through the motion."""
     A, n_ports = matrices.equations.matrix, int(matrices.sizes[0].n_ports)
     slopes = faces_of(w.faces, w.Minv.shape[0]).records[k].slopes
     place, slope, seat = port_of_face(matrices, k, 0), port_of_face(matrices, k, 1), _port_of_seat(w, matrices, k)
@@ -227,7 +227,7 @@ def bend_of_face_forces(w: Workspace, matrices: StepMatrices) -> tuple[float, fl
 
 @noinline_kernel
 def add_heat_of_faces(w: Workspace, matrices: StepMatrices, h: float) -> None:
-    """Add heat and work of the faces in a piece of length h (s), which z_new ends, to its integrals."""
+    """Add heat and work of the faces in a piece of length h (s), whose end is z_new, to its integrals."""
     z_new, records = stages_of(w.stages).z_new, faces_of(w.faces, w.Minv.shape[0]).records
     integrals, spin = energy_integrals(z_new, w.n), piece_of(matrices).spin
     for k in range(records.shape[0]):

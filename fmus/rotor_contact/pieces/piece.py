@@ -99,7 +99,7 @@ def piece_of(matrices: StepMatrices) -> Piece:
 
 @kernel
 def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: float) -> None:
-    """Set the initial guess: spin, races and unbalance continue unchanged (values of an earlier piece are no guess)."""
+    """Set the initial guess: spin, races and unbalance continue unchanged (values of an earlier piece are not used)."""
     piece, z = piece_of(matrices), stages_of(w.stages).z
     for point in range(N_LOBATTO):
         piece.spin[0, point], piece.spin[1, point] = Omega, theta

@@ -70,7 +70,7 @@ def gradient_change(motion: Motion, matrices: StepMatrices, b: int, axis: int) -
 
 @kernel
 def gradients_change(motion: Motion, matrices: StepMatrices) -> bool:
-    """Return whether any magnet has another gradient than in the matrices."""
+    """Return whether the gradient of any magnet differs from that in the matrices."""
     for b in range(motion.bearings.shape[0]):
         for axis in range(2):
             if gradient_change(motion, matrices, b, axis) != 0.0:
@@ -110,7 +110,7 @@ def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
 
 @kernel
 def magnet_force(w: Workspace, matrices: StepMatrices, b: int, axis: int, displacement: float) -> float:
-    """Return the force (N) of a magnetic bearing at a displacement (m) along an axis, beyond that in the matrices."""
+    """Return the force (N) of a magnetic bearing at a displacement (m) along an axis, beyond that of the matrices."""
     excitation, row = forces(w.motion), w.motion.bearings[b].row + axis
     force: float = excitation.steady[row] - excitation.without_magnets[row]
     force += gradient_change(w.motion, matrices, b, axis) * displacement
@@ -200,9 +200,9 @@ def locate_nodes(w: Workspace, matrices: StepMatrices) -> None:
 def moves_on_circles(w: Workspace, matrices: StepMatrices, of_forces: Array, largest: float) -> bool:
     """Return whether the journals in contact move along their circles, and roll or slide as assumed, at all points.
 
-    Then the equations, solved again in the present directions, would change the forces by no more than about
-    `NEGLIGIBLE` of the `largest` (N): by the deviations of velocity over the responses to a unit force at the same
-    point.
+    In this case, solving the equations again in the present directions would change the forces by no more than about
+    `NEGLIGIBLE` of the `largest` (N). The change is estimated as the deviations of velocity over the responses to a
+    unit force at the same point.
     """
     piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
     for k in range(w.sites.shape[0]):
@@ -249,7 +249,7 @@ def set_contact_forces(w: Workspace, matrices: StepMatrices) -> None:
 def solve_nodes(
     w: Workspace, matrices: StepMatrices, of_forces: Array, size: int, h: float
 ) -> tuple[bool, float, float]:
-    """Solve the forces at all points after the first in their directions; `size` is the number of unknowns per point.
+    """Solve for the forces at all points after the first in their directions; `size` is the number of unknowns at each.
 
     Returns whether the equations are solvable, the largest change of a force, and the largest force (N).
     """

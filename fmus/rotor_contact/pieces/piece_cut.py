@@ -1,8 +1,8 @@
-"""The end of a solved piece before its length is over: at an event, or at the end of the step.
+"""The end of a solved piece that is cut short, at an event or at the end of the step.
 
 The forces remain those of the piece: their cubics are taken at the Lobatto points of the part [0, s h]. The motion
 there, and with it slip and the work of the unbalance, follows from its series. Spin and races, whose torques are such
-cubics, are advanced anew, so that work and energy agree.
+cubics, are advanced again, so that work and energy agree.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def cut_piece(
     torque: float,
     on_event: bool,
 ) -> float:
-    """Write the state after a share of a piece of length h (s) to z_new; return what dampers take until then (J).
+    """Write the state after a share of a piece of length h (s) to z_new; return the energy (J) dampers take until then.
 
     The nodes of the piece become those of this part, as `piece_energy` needs them. `torque` is that of rotating damping
     on the spin (N m); `index` is the position of the speed on the grid. On an event, sites are put on their circles
@@ -98,7 +98,8 @@ def _taken_by_dampers(
 ) -> float:
     """Return the energy (J) that the dampers take until `share` of the piece, by Gauss's quadrature over parts.
 
-    A part is at most twice as long as the shortest piece, whose H is by Lobatto's quadrature: both have the same error.
+    A part is at most twice as long as the shortest piece, whose H comes from Lobatto's quadrature, so both have the
+    same error.
     """
     sizes = matrices.sizes[0]
     if sizes.damped == 0.0:

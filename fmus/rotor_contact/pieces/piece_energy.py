@@ -1,9 +1,9 @@
-"""Heat and work in one piece: what the exact motion gives in closed form, and the rest by quadrature.
+"""Heat and work in one piece: in closed form as far as the exact motion permits, and the rest by quadrature.
 
-Modes of the rotor may vibrate several times in a piece. In closed form are therefore the energy D that the dampers take
-from the motion (`matrix_dampers`), and the work of steady forces f and of magnets with gradients k, in a piece
-f . (q_1 - q_0) + k (q_1^2 - q_0^2)/2. D includes what the spin supplies to the damping that rotates with it, -Omega M:
-the heat is D - int Omega M dt. The work of unbalance at a given speed is
+Modes of the rotor may vibrate several times in a piece. Two quantities are therefore computed in closed form: the
+energy D that the dampers take from the motion (`matrix_dampers`), and the work of steady forces f and of magnets with
+gradients k, in a piece f . (q_1 - q_0) + k (q_1^2 - q_0^2)/2. D includes the energy that the spin supplies to the
+damping that rotates with it, -Omega M: the heat is D - int Omega M dt. The work of unbalance at a given speed is
 
     int p . v dt = [p . q] - int p' . q dt,
     p = exp(i theta) (Omega^2 - i Omega'),    p' = exp(i theta) (3 Omega Omega' + i Omega^3)

@@ -40,8 +40,9 @@ def find_event(
 ) -> tuple[int, float]:
     """Expand a solved piece of length h (s) up to its first event; return the number of terms and the event's share.
 
-    No event is before `share`. If none is before the share `latest` either, the result is `NEVER`, and the series
-    reaches `latest`. With too few terms for it, their number is 0. `index` is the position of the speed on the grid.
+    There is no event before `share`. If there is none before the share `latest` either, the result is `NEVER`, and the
+    series reaches `latest`. If there are too few terms for this, their number is 0. `index` is the position of the
+    speed on the grid.
     """
     event = _end_of_modes(w, matrices) if share < latest else NEVER
     end, n_terms = min(event, latest), 0
@@ -61,7 +62,7 @@ def find_event(
 def _end_of_modes(w: Workspace, matrices: StepMatrices) -> float:
     """Return the share of a piece at which the first constrained site opens, sticks or slips, or `NEVER`.
 
-    By the cubics through the Lobatto points; that of slip is approximate (`_end_of_slip`).
+    The share follows from the cubics through the Lobatto points; the cubic of the slip is approximate (`_end_of_slip`).
     """
     first = NEVER
     for k in range(w.sites.shape[0]):
@@ -74,7 +75,7 @@ def _end_of_modes(w: Workspace, matrices: StepMatrices) -> float:
 def _first_touch(w: Workspace, matrices: StepMatrices, n_terms: int, h: float, earliest: float, latest: float) -> float:
     """Return the share of a piece of length h (s) at which the first journal touches, or `NEVER` if not up to `latest`.
 
-    None touches before the share `earliest`. Requires the series of the piece, of `n_terms` terms.
+    No journal touches before the share `earliest`. Requires the series of the piece, of `n_terms` terms.
     """
     first = NEVER
     for site in w.sites:
@@ -85,7 +86,7 @@ def _first_touch(w: Workspace, matrices: StepMatrices, n_terms: int, h: float, e
 
 @kernel
 def _touch(matrices: StepMatrices, site: Site, n_terms: int, h: float, earliest: float, latest: float) -> float:
-    """Return the share of the piece at which a free journal reaches its circle, `NEVER` if not before `latest`."""
+    """Return the share of the piece at which a free journal reaches its circle, or `NEVER` if not before `latest`."""
     if earliest >= latest:
         return NEVER
     n_looks = math.ceil((latest - earliest) * N_LOOKS)
@@ -110,7 +111,7 @@ def _gap(site: Site, journal: Point) -> float:
 
 @kernel
 def _touch_between(matrices: StepMatrices, site: Site, n_terms: int, h: float, low: float, high: float) -> float:
-    """Return the share at which a journal that is beyond its circle at `high`, not at `low`, reaches it (Newton)."""
+    """Return the share at which a journal that is beyond its circle at `high` but not at `low` reaches it (Newton)."""
     s = high
     for _ in range(MOST_TRIALS):
         journal = journal_at(matrices, n_terms, s, site)

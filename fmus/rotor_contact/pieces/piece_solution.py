@@ -313,7 +313,7 @@ def _direction(w: Workspace, matrices: StepMatrices, index: float, h: float, the
 
         1/h int theta(t) - theta(0) - Omega_g t dt
 
-    so that its mean phase is right. Otherwise it would be ahead or behind to the same side in every step of a run-up.
+    so that its mean phase is right. Otherwise it would lead, or lag, in every step of a run-up.
     """
     spin = piece_of(matrices).spin
     speed, gain = (spin[1, 3] - spin[1, 0]) / h, (spin[0, 3] - spin[0, 0]) / h
@@ -325,7 +325,7 @@ def _direction(w: Workspace, matrices: StepMatrices, index: float, h: float, the
 
 @kernel
 def complete_forces(matrices: StepMatrices) -> None:
-    """Write the node forces, which are solved, to x."""
+    """Write the solved node forces to x."""
     piece = piece_of(matrices)
     units = piece.magnets.shape[0]
     first = piece.x.shape[0] - units

@@ -78,7 +78,7 @@ def clear_share(site: Site, begin: Point, points: Points, h: float, margin: floa
     """Return the share of a piece of length h (s) over which a free journal stays clear.
 
     A touch is located on the path between points. If the journal may graze, within the fraction `margin` of the
-    clearance, the result is the last point before.
+    clearance, the result is the last point before it.
     """
     first, second, last = points
     c_1, c_2 = LOBATTO_POINTS[1], LOBATTO_POINTS[2]

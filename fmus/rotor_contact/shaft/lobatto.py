@@ -82,7 +82,7 @@ def positive_share(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
 
 @kernel
 def first_fall(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
-    """Return where in the interval the cubic through four values first falls through zero, 2.0 if it does not.
+    """Return where in the interval the cubic through four values first falls through zero, or 2.0 if it does not.
 
     A fall is sought between `N_LOOKS` points; the root is located to rounding.
     """

@@ -51,7 +51,7 @@ def combination(x: Array, A: Array, y: Array, first: int, size: int) -> None:
 
 @noinline_kernel
 def add_combination(x: Array, A: Array, y: Array, first: int, size: int) -> None:
-    """Add the same to y."""
+    """Add the columns from `first` of x A to y: `size` numbers."""
     j = 0
     while j + 4 <= x.shape[0]:
         v, w, p, q = x[j], x[j + 1], x[j + 2], x[j + 3]

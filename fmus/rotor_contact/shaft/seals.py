@@ -142,7 +142,7 @@ def add_missed_between_speeds(
     Parameters
     ----------
     seals
-        Of a shaft with m degrees of freedom, the first in z.
+        Seals of a shaft whose m degrees of freedom come first in z.
     low, high, Omega
         Speeds (rad/s); the last is between the others.
     h

@@ -41,8 +41,9 @@ LOWEST_FLIGHT = 5e-11
 def resolve_modes(w: Workspace, tau: float, shortest: float) -> int:
     """Find modes that are consistent with the forces at z: no tension, no friction beyond the law; store k_1.
 
-    Sites that would touch again within `shortest` (s), or hardly lift, count as closed: there the bounces of one site,
-    or of two alternately, accumulate. Returns a fault code: with strong friction, no modes may be consistent.
+    Sites that would touch again within `shortest` (s), or hardly lift, count as closed, because the bounces of one
+    site, or of two sites in turn, accumulate there. Returns a fault code: with strong friction, no modes may be
+    consistent.
     """
     n = w.n
     stages = stages_of(w.stages)
@@ -109,7 +110,7 @@ def _close_soonest(sites: Sites, z: Array, a: Array, Omega: float, shortest: flo
 def _change_friction(sites: Sites, v: Array, Omega: float) -> bool:
     """Make a site stick if it stopped slipping, or slip if it cannot stick; return whether anything changed.
 
-    Of several sites that cannot stick, the one furthest beyond its limit slips first: then another may continue to
+    Of several sites that cannot stick, the one furthest beyond its limit slips first, so that another may continue to
     roll. If an impact elsewhere has reversed the slip of a sliding site, its friction reverses, too.
     """
     excess = 0.0

@@ -43,7 +43,7 @@ STARTS_ON_EVENT = 1e-6  # of the indicator at the end: a smaller one at the begi
 
 @kernel
 def indicator_of(site: Site, which: int, z: Array, n: int, Omega: float) -> float:
-    """Return indicator 0 or 1 of a site at z, in this order, with its forces there; positive after an event."""
+    """Return indicator 0 or 1 of a site at z (see above), with its forces there; it is positive after an event."""
     if site.enabled == 0.0:
         return -1.0
     if not is_constrained(site):
@@ -72,8 +72,9 @@ def indicator(sites: Sites, z: Array, n: int, Omega: float) -> float:
 def locate_event(w: Workspace, tau: float, dt: float) -> float:
     """Find the length (s) in (0, dt] of the substep that ends on the first event; z_new is set to it.
 
-    Requires a substep of `dt` with an event. By regula falsi after Anderson and Bjoerck for every indicator, from a
-    value at most `EVENT_OFFSET` below zero; that of a touch by Newton's method, from its time on the cubic path.
+    Requires a substep of `dt` with an event. The method is regula falsi after Anderson and Bjoerck for every indicator,
+    from a value at most `EVENT_OFFSET` below zero. The time of a touch is found by Newton's method, from its time on
+    the cubic path.
     """
     n, stages = w.n, stages_of(w.stages)
     z, z_new = stages.z, stages.z_new

@@ -35,7 +35,7 @@ def axial_parameters(thrust: str) -> list[Variable]:
 
 
 def axial_inputs(thrust: str) -> list[Variable]:
-    """Return the forces along the shaft: that of the thrust magnet, and any other."""
+    """Return the forces along the shaft: the force of the thrust magnet, and any other force."""
     return [
         *axis_inputs(thrust, "z"),
         input_(f"{thrust}.f_process", "N", "Other force on the rotor along the shaft, such as that of the process"),

@@ -35,7 +35,7 @@ class Response(NamedTuple):
     stored
         Elastic energy (J): the integral of the force at rate zero.
     elastic
-        Derivative of the stored energy (N); what N has more is lost.
+        Derivative of the stored energy (N); the excess of N over it is lost.
     stiffness, damping
         Bounds of the slopes of N over penetration (N/m) and over the rate (N s/m), which limit the substeps.
     """

@@ -1,4 +1,4 @@
-"""Energies of the plant: their variables, and those that are integrals over time.
+"""Energies of the plant: their variables, and which of them are integrals over time.
 
 An energy that is an integral has a field here, its rate in `integration`, and its integral over a piece of exact motion
 in `piece_energy`. Kinetic and strain energy follow from the state (`outputs`).

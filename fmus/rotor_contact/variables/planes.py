@@ -11,8 +11,8 @@ from typing import Any
 class ContactSite:
     """A contact site: start values of its clearance and journal radius (m).
 
-    `bearing` is the bearing whose retainer it is, `stator` that whose stator bore it is, `sensor` the sensor plane at
-    the same position, if any. `z` is its position on the shaft (m).
+    `bearing` is the bearing whose retainer the site is, `stator` the bearing whose stator bore it is, and `sensor` the
+    sensor plane at the same position, if any. `z` is its position on the shaft (m).
     """
 
     name: str
@@ -73,9 +73,9 @@ class Planes:
     faces
         Faces that stop the rotor along its shaft.
     loss_factor
-        Loss factor of the shaft, whose damping the constants have as viscous damping; 0 without.
+        Loss factor of the shaft, whose damping the constants contain as viscous damping; 0 if there is none.
     implausible
-        Sentences on sizes of the rotor that no machine has.
+        Sentences on implausible sizes of the rotor.
     """
 
     discs: tuple[str, ...]

@@ -133,7 +133,7 @@ def _locate_nodes(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> Non
 
 @kernel
 def _solve_nodes(w: Workspace, matrices: StepMatrices, whole: WholeStep, size: int) -> tuple[bool, float]:
-    """Solve the forces at all points after the first in their directions.
+    """Solve for the forces at all points after the first in their directions.
 
     `size` is the number of unknowns at a point. Returns whether the equations are solvable, and the largest change of a
     force relative to the largest force.

@@ -3,10 +3,12 @@
     K = K_0 - diag(g_0),   f = F + (g - g_0) q    at each axis of a magnetic bearing            (1)
 
 g_0 are the gradients in the matrices, g those of the present step, and f is the force at the nodes of a piece
-(`piece_contact`). So gradients that vary around g_0, as those of nonlinear magnets, leave small forces at the nodes.
+(`piece_contact`). Gradients that vary around g_0, such as those of nonlinear magnets, therefore leave small forces at
+the nodes.
 
-The matrices are built over `STEPS_BEFORE_BUILD` steps. Gradients that are far from g_0 for longer, as of magnets that
-were switched off, become the next g_0: their matrices are built in a slot of their own while the old ones are used.
+The matrices are built over `STEPS_BEFORE_BUILD` steps. Gradients that stay far from g_0 for longer, such as those of
+magnets that were switched off, become the next g_0: their matrices are built in a slot of their own while the old ones
+are used.
 """
 
 from __future__ import annotations
@@ -162,7 +164,7 @@ def use_grid(matrices: StepMatrices) -> None:
 
 @kernel
 def _slot_for(matrices: StepMatrices, Omega: float, gradients: Array, others: Array) -> int:
-    """Return which slot has matrices of a speed and gradients; else assign one that does not have the `others`."""
+    """Return the slot with the matrices of a speed and gradients; else assign one that does not hold the `others`."""
     for which in range(N_CONSTANT):
         if _is_of(matrices, which, Omega, gradients):
             return which
@@ -175,7 +177,7 @@ def _slot_for(matrices: StepMatrices, Omega: float, gradients: Array, others: Ar
 
 @kernel
 def _is_of(matrices: StepMatrices, which: int, Omega: float, gradients: Array) -> bool:
-    """Return whether a slot has rows for a speed and gradients."""
+    """Return whether a slot contains rows for a speed and gradients."""
     is_begun = matrices.slots[FIRST_CONSTANT + which].index == CONSTANT + which
     same = matrices.constant[which, 0] == Omega and same_bits(matrices.constant[which, 1:], gradients)
     return bool(is_begun and same)
@@ -185,7 +187,7 @@ def _is_of(matrices: StepMatrices, which: int, Omega: float, gradients: Array) -
 def _build(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, share: float
 ) -> None:
-    """Build a slot up to a share, at last the matrices of a whole step."""
+    """Build a slot up to a share, and finally the matrices of a whole step."""
     slot, place = FIRST_CONSTANT + which, CONSTANT + which
     if not is_complete(matrices, slot, place):
         build_slot(structure, motion, sites, matrices, slot, place, share)

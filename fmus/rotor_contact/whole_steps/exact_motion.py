@@ -34,7 +34,7 @@ FLIGHT_MARGIN, CONTACT_MARGIN = 0.02, 1e-4
 
 @kernel
 def take_whole_step(w: Workspace, matrices: StepMatrices, h: float) -> bool:
-    """Advance z over a step of length h (s) at a constant speed; return False, with z as it was, if it needs pieces."""
+    """Advance z over a step of length h (s) at a constant speed; return False, with z unchanged, if it needs pieces."""
     motion, stages, in_contact = w.motion, stages_of(w.stages), is_any_constrained(w.sites)
     if not _can_be_whole(w, matrices, in_contact):
         return False
@@ -100,8 +100,8 @@ def _keep_contact(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> boo
 def _is_clear(w: Workspace, whole: WholeStep, k: int, h: float, margin: float) -> bool:
     """Return whether a free journal stays clear of its retainer over a step from z to z_new.
 
-    The path between both ends is clear by `margin` times the clearance, or that between Lobatto points is clear; near a
-    housing that moves, the latter is not known.
+    The path between both ends is clear by `margin` times the clearance, or the path between Lobatto points is clear;
+    near a housing that moves, the latter is not known.
     """
     site, stages = w.sites[k], stages_of(w.stages)
     begin, end = journal_of(site, stages.z, w.n), journal_of(site, stages.z_new, w.n)

@@ -58,7 +58,7 @@ def _predict_changes(w: Workspace, matrices: StepMatrices, whole: WholeStep, h: 
 
 @kernel
 def _have_settled(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> bool:
-    """Return whether the changes at the end are those of the motion that they cause."""
+    """Return whether the changes at the end agree with the motion that they cause."""
     x, axes, first = whole.x, matrices.gradients.shape[0], first_held(matrices)
     largest = 0.0
     for unit in range(axes):

@@ -108,10 +108,10 @@ def _sum_motion(matrices: StepMatrices, level: Level, whole: WholeStep, row: int
 def _observe_ends(
     Minv: Array, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, whole: WholeStep, row: int
 ) -> None:
-    """Write the acceleration of the sites at the end without contact: -K q - C v there, and that of the present force.
+    """Write the contact-free acceleration of the sites at the end: -K q - C v there, and that due to the present force.
 
-    The unbalance has turned by the angle phi = Omega h: A = 1 is cos(phi) of the one direction and sin(phi) of the
-    other then, and B = 1 is -sin(phi) and cos(phi) of them.
+    By then the unbalance has turned by the angle phi = Omega h: A = 1 has become cos(phi) of the first direction and
+    sin(phi) of the second, and B = 1 has become -sin(phi) and cos(phi) of them.
     """
     n, caused, end = int(matrices.sizes[0].n), accelerations(motion), whole.F[row]
     KC = coefficients_at(matrices, FIRST_CONSTANT + which).columns

@@ -1,4 +1,4 @@
-"""Matrices of a whole step in memory, and what their rows are (`whole_step`)."""
+"""Matrices of a whole step in memory, and the meaning of their rows (`whole_step`)."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def observed(response: Array) -> np.record:
 
 @kernel
 def is_of_inputs(matrices: StepMatrices, row: int) -> bool:
-    """Return whether a row depends on the amplitudes of the inputs: those of 1, 0, A and B."""
+    """Return whether a row depends on the amplitudes of the inputs: the rows of 1, 0, A and B do."""
     return bool(2 * matrices.sizes[0].n <= row < 2 * matrices.sizes[0].n + 4)
 
 
@@ -93,7 +93,7 @@ def count_of(matrices: StepMatrices, row: int) -> int:
 
 @kernel
 def row_of(matrices: StepMatrices, row: int, number: int) -> int:
-    """Return the row of the matrices of a step that is the one of this number in a row of a whole step."""
+    """Return the row of the matrices of a step that is number `number` of those summed in a row of a whole step."""
     first, n_ports = first_held(matrices), int(matrices.sizes[0].n_ports)
     if row < first:
         return row

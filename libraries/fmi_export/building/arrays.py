@@ -5,8 +5,8 @@ looked up by name (`seal.f_n`). Numbered variables and matrices become arrays: t
 which one connection joins, their weights and scales, the sensor planes, and the identified receptance. The elements of
 an array are consecutive in the table, row by row, so that it is a slice of the model's flat arrays.
 
-Positions in the table are value references; an array has that of its first element. For hosts that read a value per
-reference, a model `without_arrays` has each element as a variable, as in FMI 2.0.
+Positions in the table are value references; an array has the reference of its first element. For hosts that read one
+value per reference, a model can be made `without_arrays`: each element is then a variable, as in FMI 2.0.
 """
 
 from __future__ import annotations

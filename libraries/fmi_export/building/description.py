@@ -159,7 +159,7 @@ def _numbers(values: Mapping[str, float]) -> dict[str, str]:
 
 
 def display_unit_of(v: Variable) -> str:
-    """Return the display unit of a Real, empty if it is its unit."""
+    """Return the display unit of a Real, or an empty text if it equals the unit."""
     return v.display_unit or DISPLAYED.get(v.unit, "")
 
 

@@ -10,8 +10,8 @@ Modelica Association (github.com/modelica/ma-hs-experiments):
       references.csv         all outputs at the start and after each step, with all digits
 
 It takes ten usual steps from the start values. Inputs with a nominal size (displacements, currents and forces) have
-different values of a few per cent of it. The results are those of FMPy with the engine of this machine; other C
-libraries differ in last bits.
+different values of a few per cent of it. The results were computed by FMPy with the engine of this machine; other C
+libraries differ in the last bits.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def stimuli_of(table: Interface) -> dict[str, float]:
 
 
 def _simulated(model: Model, constants: Array, engine: Engine, start: Mapping[str, float]) -> Columns | None:
-    """Return time and outputs by FMPy, or None if the model cannot take these steps."""
+    """Return time and outputs as FMPy computes them, or None if the model cannot take these steps."""
     from fmpy import simulate_fmu
     from fmpy.fmi1 import FMICallException
 

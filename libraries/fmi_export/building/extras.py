@@ -18,7 +18,7 @@ def require_extra(extra: str, purpose: str, *packages: str) -> None:
     Raises
     ------
     ValueError
-        If one is missing; the message has the command that installs the extra.
+        If one is missing; the message gives the command that installs the extra.
     """
     missing = [name for name in packages if find_spec(name) is None]
     if missing:

@@ -131,7 +131,7 @@ def _data(model: Model, constants: Array, guid: str) -> bytes:
 
 
 def _without_constants(model: Model, constants: Array) -> Model:
-    """Return a model whose sizes do not depend on its constants, nor those of its parts."""
+    """Return a model whose sizes do not depend on its constants; neither do those of its parts."""
     n_state, n_work = sizes(model, constants)
     parts = (replace(p, model=_without_constants(p.model, p.constants), constants=np.zeros(0)) for p in model.parts)
     return replace(model, n_state=n_state, n_work=n_work, parts=tuple(parts))

@@ -64,7 +64,7 @@ def lower_case(name: str) -> str:
 
 
 def is_ambiguous(name: str) -> bool:
-    """Return whether a name is that of several units."""
+    """Return whether several units have this name."""
     return re.sub("s$", "", name.lower()) in AMBIGUOUS
 
 

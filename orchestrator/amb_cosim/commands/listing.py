@@ -106,7 +106,7 @@ def _entries() -> Iterator[ListedItem]:
 def _of_applications(
     modules: Mapping[str, ModuleType], name: str, checked: Callable[[Any], Iterable[T]]
 ) -> Iterator[T]:
-    """Yield what a function of the modules `listing` returns; if it fails, nothing but a warning."""
+    """Yield the entries that a function of the modules `listing` returns; if it fails, print a warning instead."""
     from amb_files.packs import reason
 
     for home, module in modules.items():
@@ -132,9 +132,9 @@ def _items(entries: Iterable[ListedItem]) -> list[ListedItem]:
 
 
 def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None:
-    """Return what a function reads from a file of a pack, or None with a warning if that is invalid.
+    """Return the result of a function that reads a file of a pack, or None with a warning if the file is invalid.
 
-    A command warns of the first files of each pack, and says that there are more.
+    A command warns about the first files of each pack, and says that there are more.
     """
     from amb_files.packs import pack_of
 

@@ -36,7 +36,7 @@ def results_of(name: str | Path) -> Path:
 
 
 def former_option(name: str, present: str) -> Option:
-    """Return a hidden option that is refused with the option in its place."""
+    """Return a hidden option that is refused, with a hint at the option that replaces it."""
 
     def refuse(_: click.Context, __: click.Parameter, value: str | None) -> None:
         if value is not None:
@@ -48,7 +48,7 @@ def former_option(name: str, present: str) -> Option:
 def parse_settings(settings: Iterable[str]) -> dict[str, str]:
     """Return the values of `component.variable=value` texts by variable; the last one applies.
 
-    The name of a variable, and the value of a String, may have a `=`. Such a text is divided at its last `=`, and
+    The name of a variable, and the value of a String, may contain a `=`. Such a text is divided at its last `=`, and
     `Assignments.set` finds the name in it.
     """
     parsed = {}

@@ -19,8 +19,9 @@ PACKAGES: dict[click.Command, str] = {}  # of commands that this package makes f
 class PackCommands(click.Group):
     """A group to which others add commands; they are imported for listings, and for commands not defined here.
 
-    `sections` has the names of commands by the heading under which help lists them; all others are listed under the
-    name of their pack, or as commands. `former` has the names of former commands, with the replacement of each.
+    `sections` contains the names of commands by the heading under which help lists them; all others are listed under
+    the name of their pack, or as commands. `former` contains the names of former commands, with the replacement of
+    each.
     """
 
     def __init__(self, *args: Any, former: dict[str, str] | None = None, **options: Any) -> None:
@@ -36,13 +37,13 @@ class PackCommands(click.Group):
         return super().resolve_command(ctx, args)
 
     def add_section(self, title: str, *commands: click.Command) -> None:
-        """Add commands, and list them in the section with a title, after those that it has."""
+        """Add commands, and list them in the section with a title, after those that it already contains."""
         for command in commands:
             self.add_command(command)
         self.list_in_section(title, *(command.name or "" for command in commands))
 
     def list_in_section(self, title: str, *names: str) -> None:
-        """List commands, which may be added later, in the section with a title, after those that it has."""
+        """List commands, which may be added later, in the section with a title, after those already in it."""
         self.sections.setdefault(title, []).extend(names)
 
     def add_examples(self, examples: Mapping[str, Sequence[str]]) -> None:
@@ -98,7 +99,7 @@ class PackCommands(click.Group):
 def restore_help(command: click.Command) -> None:
     """Set the help of a command and of its subcommands to the docstrings of their functions, if they have none.
 
-    A Python without docstrings (`python -OO`) reads them in the sources.
+    A Python without docstrings (`python -OO`) reads them from the sources.
     """
     if command.help is None and command.callback is not None:
         command.help = _docstring(inspect.unwrap(command.callback))

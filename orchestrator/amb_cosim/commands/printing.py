@@ -53,7 +53,7 @@ def print_result(result: Printed, as_json: bool) -> None:
 
 
 def warn_of_sizes(rotor: RotorSource) -> tuple[str, ...]:
-    """Print and return warnings of implausible sizes of a rotor, before a command computes with it; None has none.
+    """Print and return warnings of implausible sizes of a rotor (none for None) before a command computes with it.
 
     They are printed to standard error. A prepared run also has them among its warnings.
     """

@@ -61,7 +61,7 @@ class Comparison:
     rows
         Quantities of the summaries with their differences from the first run.
     signals
-        The common signals, their differences, and the signals that only some runs have.
+        The common signals, their differences, and the signals that only some runs contain.
     """
 
     sides: tuple[Side, ...]

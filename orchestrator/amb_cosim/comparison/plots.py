@@ -101,7 +101,7 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
 def displacement(runs: Runs, bearings: list[str]) -> Figure:
     """Draw the radius over the clearance at each bearing along the run, as a length where no run has a clearance.
 
-    Falls are drawn as heights, or as gaps of upright rotors, with their first impacts enlarged beside.
+    Falls are drawn as heights, or as gaps of upright rotors, with their first impacts enlarged beside them.
     """
     falls, changing = any(touchdown(run) is not None for run in runs.values()), _is_changing(runs)
 
@@ -125,7 +125,7 @@ def displacement(runs: Runs, bearings: list[str]) -> Figure:
 
 
 def _motion(runs: Runs, bearing: str, falls: bool) -> tuple[str, list[Array | None], set[float]]:
-    """Return what is drawn of a bearing's motion, with its label, and at which values a rotor touches its retainer."""
+    """Return what is drawn of a bearing's motion, its label, and the values at which a rotor touches its retainer."""
     radii = [radius(run, support(run, bearing)) for run in runs.values()]
     gaps = [_clearance(run, bearing) for run in runs.values()]
     clearances = [c for c in gaps if c is not None]
@@ -146,7 +146,7 @@ def _motion(runs: Runs, bearing: str, falls: bool) -> tuple[str, list[Array | No
 def contact(runs: Runs, sites: list[str]) -> Figure:
     """Draw the normal contact force at each site along the run, its mean over 1 ms thick, and mark the largest mean.
 
-    The first impacts of falls are enlarged beside.
+    The first impacts of falls are enlarged beside them.
     """
     forces = {site: _forces_at(runs, site, _is_changing(runs)) for site in sites}
     figure, columns = _along_the_run(runs, sites, site_title, lambda panel, site: draw_forces(panel, forces[site]))
@@ -163,7 +163,7 @@ def _forces_at(runs: Runs, site: str, changing: bool) -> list[tuple[Array, SiteF
 
 
 def _times(run: Signals, changing: bool) -> Array:
-    """Return the position of each sample on the time axis: its time (s) if the speed of any run changes, or cycle."""
+    """Return the position of each sample on the time axis: its cycle, or its time (s) if the speed of a run changes."""
     return np.asarray(run["time"].values, np.float64) if changing else cycles(run)
 
 
@@ -173,7 +173,7 @@ def _is_changing(runs: Runs) -> bool:
 
 
 def _first_impacts(runs: Runs) -> tuple[float, float] | None:
-    """Return the limits of the time axis with the first impacts of all runs that fall; None without such a run."""
+    """Return the limits of the time axis with the first impacts of all runs that fall; None if no run falls."""
     changing = _is_changing(runs)
     drawn = [(run, first) for run in runs.values() if (first := first_impacts(run)) is not None]
     sizes = [1.0 if changing else float(run.attrs["period_s"]) for run, _ in drawn]
@@ -186,7 +186,7 @@ def _first_impacts(runs: Runs) -> tuple[float, float] | None:
 def _along_the_run(
     runs: Runs, names: list[str], title_in: Callable[[Signals, str], str], draw: Callable[[Axes, str], None]
 ) -> tuple[Figure, NDArray[np.object_]]:
-    """Return a figure with a panel for each name, over cycles or, if a speed varies, time, and its columns of panels.
+    """Return a figure with a panel for each name, over cycles (or time, if a speed varies), and its columns of panels.
 
     The second column, of runs that fall, enlarges the first impacts.
     """

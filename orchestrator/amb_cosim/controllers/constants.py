@@ -90,7 +90,7 @@ def _filled(filled: Bools, rows: tuple[int, int], columns: tuple[int, int]) -> l
 
 
 def _joined(sizes: Sequence[int]) -> list[int]:
-    """Return sizes of small groups, joined to n with n^2 <= OVERHEAD for the lowest cost per state."""
+    """Return the sizes of small groups, joined to n states with n^2 <= OVERHEAD for the lowest cost per state."""
     joined: list[int] = []
     for size in sizes:
         if joined and (joined[-1] + size) ** 2 <= OVERHEAD:

@@ -88,7 +88,7 @@ def law_of(K: Any, sampled: bool = False) -> Law:
 
 
 def balancing_factors(A: Array) -> Array:
-    """Return powers of two, a factor for each state, with which rows and columns of A have similar norms."""
+    """Return powers of two, a factor for each state, that give rows and columns of A similar norms."""
     from scipy.linalg import matrix_balance
 
     with np.errstate(invalid="ignore"):  # SciPy converts the factors to integers, too, which are not used
@@ -101,8 +101,8 @@ def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
 
     Each section has two zeros and two poles, because a polynomial of high order would lose digits. A section with n
     poles and m zeros has the gain a^((n - m)/n), where a is the product of the magnitudes of its poles, so that the
-    signals between sections are of one size. The first section has the rest of k. With all of k, states would differ by
-    a factor of 1e26 in a low-pass of order 8, and frequency responses would have no correct digit.
+    signals between sections are of one size. The first section contains the rest of k. If it contained all of k, states
+    would differ by a factor of 1e26 in a low-pass of order 8, and frequency responses would have no correct digit.
     """
     from scipy.signal import zpk2sos
 

@@ -81,7 +81,7 @@ class LinearController:
         platforms: Iterable[str] | None = None,
         fmi: Fmi = 2,
     ) -> Path:
-        """Write `linear_controller.fmu` into a folder and return its path; options as of `amb_cosim.build`."""
+        """Write `linear_controller.fmu` into a folder and return its path; options as for `amb_cosim.build`."""
         from amb_cosim.cosim.building.build_target import BuildTarget
 
         return BuildTarget(flavour, platforms, fmi).build(*self.model_and_constants, Path(folder))
@@ -119,7 +119,7 @@ class LinearController:
     def law_at(self, speed: float | None = None) -> Law:
         """Return the sampled law from signals to demands, with the gains of the demands.
 
-        Of a table it is that at a speed (rad/s), interpolated as in a run, or without a speed the first.
+        For a table it is the law at a speed (rad/s), interpolated as in a run, or the first law if no speed is given.
         """
         speeds, laws = list(self.laws), list(self.laws.values())
         place = 0.0 if speed is None else float(np.interp(speed, speeds, np.arange(len(speeds))))

@@ -96,7 +96,7 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
 
 
 def _scales(maps: Sequence[Array]) -> list[float]:
-    """Return a power of two for each group, with which the outputs of its slow modes are of a size.
+    """Return a power of two for each group that makes the outputs of its slow modes similar in size.
 
     Groups whose outputs differ by less than `ALIKE` keep the factor 1.
     """

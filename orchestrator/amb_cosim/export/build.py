@@ -47,7 +47,7 @@ def build(
         or the path of a TOML or system file. Each FMU then has the name of its component. Events and speed profiles are
         not included.
     arrays
-        Whether FMUs of FMI 3.0 have array variables; without, each value has a separate reference.
+        Whether FMUs of FMI 3.0 have array variables; otherwise each value has a separate reference.
     sources
         Whether native FMUs include their C code, for other targets.
 

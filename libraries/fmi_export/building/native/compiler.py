@@ -108,7 +108,7 @@ def compile_library(name: str, sources: Mapping[str, str], target_platform: str)
     Raises
     ------
     ValueError
-        If the compiler is missing, its LLVM is not that of numba, or it rejects the sources.
+        If the compiler is missing, its LLVM version is not that of numba, or it rejects the sources.
     """
     check_compiler()
     suffix, targets = TARGETS[target_platform]

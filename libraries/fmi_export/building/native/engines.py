@@ -1,7 +1,7 @@
 """Engines: the machine code of models for a platform, independent of interface and constants.
 
 An engine is the slave in C and the two lowered kernels of a model, or of each model of an assembly. It comes with the
-installed package, from the user's cache, or is compiled now.
+installed package or from the user's cache, or is compiled now.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def engine(models: Sequence[Kernels], platform: str) -> Engine:
 def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
     """Return the library at a place below the shipped or cached ones; if it is in neither, compile and cache it.
 
-    Damaged ones are ignored.
+    Damaged libraries are ignored.
     """
     result = _existing(place)
     if result is not None:

@@ -227,7 +227,7 @@ def _keep_entries_only(module: Any, llvm: Any) -> None:
 
 
 def _keep_apart(module: Any) -> None:
-    """Forbid that kernels of `KERNELS_APART` become part of their callers."""
+    """Prevent kernels of `KERNELS_APART` from becoming part of their callers."""
     mangled = ["".join(f"{len(part)}{part}" for part in parts) + "B" for parts in KERNELS_APART]
     for function in module.functions:
         if not function.is_declaration and any(name in function.name for name in mangled):

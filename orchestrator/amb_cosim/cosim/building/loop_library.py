@@ -23,14 +23,14 @@ SHIPPED = Path(__file__).parent / "loops"  # in an installed package
 
 
 def load_loop() -> Callable[..., None] | None:
-    """Return the library's function `advance`, or None without a library and a compiler."""
+    """Return the library's function `advance`, or None if there is neither a library nor a compiler."""
     library = load_library()
     return None if library is None else library.advance
 
 
 @cache
 def load_library() -> CDLL | None:
-    """Return the library, or None without a library and a compiler."""
+    """Return the library, or None if there is neither a library nor a compiler."""
     try:
         place = loop_place(host_platform())
         path = SHIPPED / place

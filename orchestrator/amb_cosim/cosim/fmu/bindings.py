@@ -1,4 +1,4 @@
-"""Calls of an FMU instance that do not depend on the version of FMI; `binding2` and `binding3` have the others."""
+"""Calls of an FMU instance that do not depend on the version of FMI; `binding2` and `binding3` contain the others."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Log:
         self.messages.append((status, text))
 
     def forget(self, messages: Sequence[tuple[int, str]]) -> None:
-        """Remove these messages, not equal ones."""
+        """Remove these messages themselves, not messages that are equal to them."""
         forgotten = set(map(id, messages))
         self.messages[:] = [message for message in self.messages if id(message) not in forgotten]
 
@@ -99,11 +99,11 @@ class Binding:
         self.fmu.freeInstance()
 
     def abandon(self) -> None:
-        """Forget the instance without a call, as after the status Fatal."""
+        """Forget the instance without a call, for example after the status Fatal."""
 
 
 def check_status(function: str, status: int | None) -> None:
-    """Raise for a status other than OK and Warning; methods of FMPy may return none, and accept one below OK."""
+    """Raise for a status other than OK and Warning; methods of FMPy may return no status, and accept one below OK."""
     if status is not None and not 0 <= status <= WARNING:
         raise FMICallException(function=function, status=status)
 

@@ -223,8 +223,8 @@ class FmuComponent:
     def memory(self) -> Array:
         """Return the stored state as numbers that can be changed before `restore`.
 
-        They have the layout of this project's export (`saved.c`): last come its values, in the order of the references,
-        and its state, each aligned to 16 bytes. The next `save` changes them, `close` and `reset` free them.
+        They have the layout of this project's export (`saved.c`): its values, in the order of the references, and its
+        state come last, each aligned to 16 bytes. The next `save` changes them, and `close` and `reset` free them.
         """
         return self._numbers(self._state)
 
@@ -244,7 +244,7 @@ class FmuComponent:
         Parameters
         ----------
         places, values
-            These places, and a row of values for each step, shape (steps, places); the last remain.
+            These places, and a row of values for each step, shape (steps, places); the last ones remain set.
         observed
             Places of the returned numbers.
         time, step_size

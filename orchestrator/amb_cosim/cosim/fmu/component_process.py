@@ -1,4 +1,4 @@
-"""The process of a `SeparateComponent`: it calls one FMU instance as requests on its standard input say."""
+"""The process of a `SeparateComponent`: it calls one FMU instance as requested on its standard input."""
 
 from __future__ import annotations
 

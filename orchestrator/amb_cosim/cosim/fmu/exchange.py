@@ -1,6 +1,6 @@
 """Exchange of variables with an FMU: one FMI call per type.
 
-`bindings` has the calls themselves, for each version of FMI.
+`bindings` contains the calls themselves, for each version of FMI.
 """
 
 from __future__ import annotations

@@ -194,7 +194,7 @@ def _notes(folder: Path) -> dict[str, _Notes]:
 
 
 def _add_omitted(description: Any, folder: Path) -> None:
-    """Set what FMPy 0.3 does not read of variables: relativeQuantity, and the limits of unsigned integers."""
+    """Set the attributes of variables that FMPy 0.3 does not read: relativeQuantity, limits of unsigned integers."""
     content = (folder / DESCRIPTION).read_bytes()
     if b"relativeQuantity" not in content and b"<UInt" not in content:
         return
@@ -209,7 +209,7 @@ def _add_omitted(description: Any, folder: Path) -> None:
 
 
 def _has_start(variable: Any) -> bool:
-    """Return whether a user may start an output or local variable: FMI calls such values `exact` or `approx`."""
+    """Return whether a user may set the start of an output or local variable: FMI calls it `exact` or `approx`."""
     is_computed = variable.causality in (None, "local", "output") and variable.variability != "constant"
     return is_computed and variable.initial in ("exact", "approx")
 

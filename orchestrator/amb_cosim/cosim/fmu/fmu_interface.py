@@ -24,8 +24,8 @@ class Port:
     define the unit; `units` are all units that it defines, and the display units of this one. `depends_on` of an output
     lists the inputs that reach it without delay. `warning` is the sentence of an output that is a warning. `items` are
     the names of the values of an Enumeration, whose type is Integer. A `relative` quantity is a difference, such as a
-    rise of temperature: between units it is converted without their offsets. `has_start` is true of an output or
-    local variable, such as a state, that the FMU lets a user start.
+    rise of temperature: between units it is converted without their offsets. `has_start` is true of an output or local
+    variable, such as a state, whose start value the FMU lets a user set.
     """
 
     name: str
@@ -144,10 +144,10 @@ class FmuInterface:
     `takes_any_step`: it can handle any communication step; `saves_state`: it can return to an earlier state;
     `serialises_state`: a state can be written. `states` are the names of the continuous states and their time
     derivatives, if an FMU of FMI 2.0 provides directional derivatives and lists them. `fmi` is the version of FMI. A
-    process can have one instance of an FMU that is `once_per_process`.
-    `texts` are its String and Binary variables. `deviations` are the rules of FMI that its description breaks, and
-    `internal_step` and `tolerance` the step size (s) and the relative tolerance of its default experiment.
-    `reports_faults`: it was made by this project, whose output `fault_code` is 0 without a fault.
+    process can have only one instance of an FMU that is `once_per_process`. `texts` are its String and Binary
+    variables. `deviations` are the rules of FMI that its description breaks, and `internal_step` and `tolerance` the
+    step size (s) and the relative tolerance of its default experiment. `reports_faults`: it was made by this project,
+    whose output `fault_code` is 0 without a fault.
     """
 
     identifier: str

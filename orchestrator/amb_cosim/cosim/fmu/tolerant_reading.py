@@ -1,4 +1,4 @@
-"""Reads a modelDescription that breaks the rules of FMI as other importers do, and says how it breaks them.
+"""Reads a modelDescription that breaks the rules of FMI, as other importers do, and reports the broken rules.
 
 FMPy checks the schema and more. A description that it refuses is read without that check if all that a run needs is
 there: identifiers, and a name, a type and a value reference for each variable. Breaches that FMPy cannot read are
@@ -25,12 +25,12 @@ PARAMETERS = ("parameter", "calculatedParameter")
 
 
 def read_tolerantly(folder: Path) -> tuple[Any, tuple[str, ...]]:
-    """Return the description of an extracted FMU, as FMPy has it, and the rules that it breaks.
+    """Return the description of an extracted FMU, as FMPy returns it, and the rules that it breaks.
 
     Raises
     ------
     ValueError
-        If it cannot be read; the message has the first reasons.
+        If it cannot be read; the message gives the first reasons.
     """
     if not (folder / DESCRIPTION).is_file():
         inner = next((path.parent.relative_to(folder) for path in sorted(folder.rglob(DESCRIPTION))), None)
@@ -83,7 +83,7 @@ def _read_corrected(file: Path) -> Any:
 
 
 def _check_usable(description: Any) -> None:
-    """Raise ValueError unless a description has all that a run needs."""
+    """Raise ValueError unless a description contains all that a run needs."""
     major = description.fmiVersion.partition(".")[0]
     if not description.guid:
         raise ValueError(f"{DESCRIPTION} has no {'instantiationToken' if major == '3' else 'guid'!r}")

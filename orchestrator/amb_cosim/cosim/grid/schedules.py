@@ -14,7 +14,7 @@ from array_types import Array, Indices
 
 
 class Changes(NamedTuple):
-    """Values of positions at communication points, ascending in time; of several at one point, the last one applies."""
+    """Values of positions at communication points, ascending in time; if a point has several, the last one applies."""
 
     points: Indices
     positions: Indices

@@ -121,14 +121,14 @@ def run(
     first, last, schedules
         As for `Master.run`.
     recorder
-        Records every point, the last included.
+        Records every point, including the last.
     observers
         Called about every 50 ms with the last reached point and the values after it; values that are only recorded may
         be older.
     stops
         Checked at every point, after it has been recorded.
     programs
-        Data of earlier runs of these components, which those of this run join.
+        Data of earlier runs of these components, to which the data of this run are added.
     stop
         As for `Master.run`.
     watch
@@ -239,7 +239,7 @@ def _see(watch: FiniteWatch | None, recorder: Recorder, block: RecordBuffer, beg
 
 
 def _program_of(master: Master[C], stops: StopObserver, recorder: Recorder, programs: Programs | None) -> Structure:
-    """Return the data of a master as a C structure, that of an identical master if it is among `programs`.
+    """Return the data of a master as a C structure, or that of an identical master if `programs` contains one.
 
     Quantities of stop conditions, and those recorded at every point, are read at every point.
     """
@@ -327,7 +327,7 @@ def _merged(changes: Sequence[Changes]) -> Changes:
 
 
 def structure_of(data: Any) -> Structure:
-    """Return a NamedTuple as a C structure: arrays as their addresses, last the length of the first array.
+    """Return a NamedTuple as a C structure: arrays as their addresses, and the length of the first array at the end.
 
     It keeps the arrays alive.
     """

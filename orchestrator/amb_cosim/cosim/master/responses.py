@@ -87,7 +87,7 @@ class StateMap:
         self._balance = self._values + interface.ports[BALANCE].position if self._energy else 0
 
     def value(self, position: int) -> float:
-        """Return the value of a variable, by its position among all."""
+        """Return the value of a variable, by its position among all values."""
         return float(self.memory[self._values + position])
 
     def advance(self, time: float, step_size: float) -> float:
@@ -127,7 +127,7 @@ class StateMap:
         return Response(matrix, first_harmonic(forced))
 
     def places_of(self, chosen: Bools) -> tuple[Indices, Indices]:
-        """Return the places in memory of these of the master's values, and the position of each."""
+        """Return the places in memory of some of the master's values, and the position of each value."""
         places, at = np.append(self._inputs, self._outputs), np.append(self.sources, self.slot)
         return places[chosen[at]], at[chosen[at]]
 

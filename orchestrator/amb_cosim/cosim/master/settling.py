@@ -190,7 +190,7 @@ def settle(master: Master[FmuComponent], assembly: Assembly, advance: Advance, f
 
 
 def loop_at(master: Master[FmuComponent], assembly: Assembly, advance: Advance, n: int) -> SettledLoop:
-    """Return the loop of a master at point n after a step from there; arguments as of `settle`.
+    """Return the loop of a master at point n after a step from there; arguments as for `settle`.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def solve(
     skipped
         Steps by which the orbit's angle leads the present one.
     corrects
-        Whether a step corrects it; not if forces act that the FMUs lack in free motion.
+        Whether a step corrects it; false if forces act that the FMUs do not have in free motion.
     advance
         Angle by which the motion turns in a step (rad); that of the rotor by default.
 

@@ -52,7 +52,7 @@ def end_group(process: subprocess.Popen[bytes]) -> None:
 
 
 def how_it_ended(code: int) -> str:
-    """Return in words how a process ended."""
+    """Return a description of how a process ended."""
     if code >= 0:
         return f"ended with exit code {code}"
     with suppress(ValueError):

@@ -29,7 +29,7 @@ class Interruption:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let SIGTERM raise KeyboardInterrupt within the block, as Ctrl-C does; a lost one is raised again.
+    """Let SIGTERM raise KeyboardInterrupt within the block, as Ctrl-C does; a lost exception is raised again.
 
     Python drops an exception in a finaliser or in a function that C code calls.
     """

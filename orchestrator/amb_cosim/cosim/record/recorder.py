@@ -98,7 +98,7 @@ class Recorder:
         Raises
         ------
         ValueError
-            If memory does not suffice. Some systems promise more than they have, and then kill the process.
+            If memory does not suffice. Some systems grant more memory than they have, and then kill the process.
         """
         begin = max(first, self._first)
         due = max(0, last // self._every - (begin - 1) // self._every)

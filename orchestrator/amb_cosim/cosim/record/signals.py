@@ -58,7 +58,8 @@ class Samples:
 class SignalTable:
     """Variables and coordinates over the dimension `time`, by name, with attributes of the run.
 
-    Variables that a decimated record has at every step are over `EACH_STEP`; their names end with `AT_STEPS`.
+    Variables that a decimated record contains at every step have the dimension `EACH_STEP`; their names end with
+    `AT_STEPS`.
     """
 
     variables: Mapping[str, Samples]

@@ -1,7 +1,7 @@
 """Rows of values at every step or, in long runs, of several steps together.
 
-A row of k steps ends at a point that is a multiple of k. It has of each variable what a communication step of that
-length would have: the value at its end, or the largest value, the sum or the mean over its steps.
+A row of k steps ends at a point that is a multiple of k. For each variable it contains the value that a communication
+step of that length would have: the value at its end, or the largest value, the sum or the mean over its steps.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LONGEST_ROW = 0.5e-3  # s, half of the window over which contact forces are aver
 
 
 def steps_in_row(n_steps: int, every: int, step_size: float) -> int:
-    """Return the number of steps in a row: the least divisor of `every` that keeps `MOST_ROWS`, if it can be kept.
+    """Return the number of steps in a row: the smallest divisor of `every` that keeps to `MOST_ROWS`, if one does.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class StepRows:
     first
         First recorded communication point.
     rules
-        What each column is of a step.
+        How each column summarises a step.
     steps
         Number of steps in a row.
     """
@@ -80,7 +80,7 @@ class StepRows:
     def reserve(self, end: int) -> tuple[int, Array]:
         """Make room for the rows up to point `end` - 1; return the point of the first row and the table.
 
-        With a step in each row, values may be written to the table; call `wrote` then. Memory pages are allocated when
+        With a step in each row, values may be written to the table; then call `wrote`. Memory pages are allocated when
         they are written to.
         """
         self._table = grown(self._table, self._n, self.rows_until(end))

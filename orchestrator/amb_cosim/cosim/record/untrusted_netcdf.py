@@ -37,8 +37,9 @@ DIMENSIONS, REFERENCES = "DIMENSION_LIST", "REFERENCE_LIST"  # attributes that r
 def check_content(path: Path) -> None:
     """Raise ValueError if an object of a NetCDF-4 file lies in another file, or announces more than the file can hold.
 
-    The file must have only what `netcdf` writes: arrays of numbers with one dimension, contiguous or in chunks with the
-    filters of `FILTERS`, and attributes that are numbers or single texts, none of which codes the numbers (`CODED`).
+    The file may contain only what `netcdf` writes: arrays of numbers with one dimension, contiguous or in chunks with
+    the filters of `FILTERS`, and attributes that are numbers or single texts, none of which codes the numbers
+    (`CODED`).
     """
     size, stored, described, unlimited = path.stat().st_size, 0, 0, 0
     with h5py.File(path) as file:
@@ -98,7 +99,7 @@ def _stored(array: Any) -> int:
 
 
 def _sizes_of_dimension(array: Any) -> list[int]:
-    """Return the sizes of the arrays that an array has as its dimension; of none if the reference is broken."""
+    """Return the sizes of the arrays that an array has as its dimension; none if the reference is broken."""
     try:
         return [scale.size for scale in array.dims[0].values() if scale.ndim == 1]
     except (RuntimeError, ValueError, TypeError, KeyError):

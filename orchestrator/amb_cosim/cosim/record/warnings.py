@@ -30,7 +30,7 @@ class WarningRecord:
     kind
         The declared sentence without values and places: the same for all outputs with this warning.
     sentence
-        The sentence with the values at the time of logging; of recorded outputs with their range while it was true.
+        The sentence with the values at the time of logging; for recorded outputs, with their range while it was true.
     first, last
         First and last time at which it was true (s); the first may be before time 0, during settling.
     share

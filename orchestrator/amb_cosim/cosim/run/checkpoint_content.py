@@ -39,7 +39,7 @@ def check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) -> 
 
 
 def check_numbers(start: Checkpoint, plan: Plan) -> None:
-    """Raise ValueError if a checkpoint has NaN of an FMU of this project, none of whose outputs is ever NaN."""
+    """Raise ValueError if a checkpoint contains NaN of an FMU of this project, whose outputs are never NaN."""
     signals = np.array([[*start.signals.values()]])
     for names, rows in (
         (start.recorded, start.table),

@@ -48,7 +48,7 @@ def execute_plan(plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
         If the separate process ended early or took too long.
     ValueError
         If the coupling is iterative and an FMU cannot save its state or has its own rate, if an FMU cannot serialise a
-        state to be saved, or if `start` is of another run.
+        state to be saved, or if `start` belongs to another run.
     """
     options = options.for_plan(plan)
     for fmu in plan.fmus.values():
@@ -81,7 +81,7 @@ def run_here(plan: Plan, options: RunOptions) -> Recording:
 def _record(
     plan: Plan, options: RunOptions, instances: InstancePool, interruption: Interruption, notice: str
 ) -> Recording:
-    """Start or resume a run, settle it, step it, and return its record; raises CannotSettle as `Simulator.settle`."""
+    """Start or resume a run, settle it, step it, and return its record; raises CannotSettle like `Simulator.settle`."""
     simulator = Simulator(plan, options.loop, instances, notice, has_end=options.has_end)
     plan, recorder, start = simulator.plan, simulator.recorder, options.start
     observers: list[Observer] = [lambda *_: interruption.check()]
@@ -148,7 +148,8 @@ def _autosave(checkpoint: Checkpoint, file: Path) -> None:
 def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome | None:
     """Return the failure of the first foreign FMU whose output is NaN; infinite outputs are warnings.
 
-    Outputs that are recorded or connected are watched; before a checkpoint from which the run began, recorded ones.
+    Outputs that are recorded or connected are watched; before a checkpoint from which the run began, only recorded ones
+    are.
     """
     plan, recorder, foreign = simulator.plan, simulator.recorder, simulator.plan.assembly.from_elsewhere
     if not foreign:

@@ -114,7 +114,7 @@ def messages_of(process: subprocess.Popen[bytes]) -> Messages:
 
 
 def next_message(process: subprocess.Popen[bytes], messages: Messages) -> tuple[Any, ...] | None:
-    """Return the next message of a process, `END` if it ended without; None if none came within `POLL_TIME`."""
+    """Return the next message of a process, `END` if it ended without one, or None if none came within `POLL_TIME`."""
     has_ended = _has_ended(process)
     try:
         return messages.get(timeout=POLL_TIME)

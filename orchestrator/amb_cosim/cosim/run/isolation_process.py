@@ -1,4 +1,4 @@
-"""The process that `isolation` starts: it runs the plan on its standard input and answers on its standard output."""
+"""The process that `isolation` starts: it reads a plan from standard input, runs it, and answers on standard output."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class Saves:
     moments: Sequence[Raw] = ()
 
     def for_plan(self, plan: Plan) -> Saves:
-        """Return the same with the points of all moments, without automatic checkpoints if an FMU cannot serialise.
+        """Return these saves with the points of all moments, without automatic ones if an FMU cannot serialise.
 
         Raises
         ------
@@ -103,7 +103,7 @@ class RunOptions:
         return self.start is None and not self.saves.points and self.saves.file is None
 
     def for_plan(self, plan: Plan) -> RunOptions:
-        """Return the options, of which the plan sets `isolated`, `saves` and, if it resumes a run, `start`."""
+        """Return the options with `isolated`, `saves` and, if the plan resumes a run, `start` set for the plan."""
         saves = self.saves.for_plan(plan)
         isolated = bool(plan.assembly.from_elsewhere) if self.isolated is None else self.isolated
         return replace(self, isolated=isolated, saves=saves, start=_resumed(self.saves.file, plan) or self.start)

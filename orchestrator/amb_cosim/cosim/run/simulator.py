@@ -43,7 +43,7 @@ class Simulator:
     notice
         Reason why the motion before point 0 is simulated instead of solved for.
     has_end
-        Whether the FMUs receive the end of the plan: not if another run may continue from a state that is saved.
+        Whether the FMUs receive the end of the plan; they do not if another run may continue from a saved state.
 
     Raises
     ------
@@ -224,8 +224,8 @@ class Simulator:
         Raises
         ------
         ValueError
-            If the checkpoint has another past, is later than the end of this run, lacks recorded variables, or has NaN
-            of an FMU of this project.
+            If the checkpoint has another past, is later than the end of this run, lacks recorded variables, or contains
+            NaN of an FMU of this project.
         FmuError
             If an FMU does not accept its state.
         """

@@ -1,7 +1,7 @@
 """Parameter bindings of an archive: values by hierarchical name, from sets in the document or in files, with mappings.
 
-With a mapping only the mapped values are applied, under their new names and transformed; without one all are, under
-their own names. Names in a mapping include the prefix of the binding.
+If there is a mapping, only the mapped values are applied, transformed and under their new names; otherwise all values
+are applied under their own names. Names in a mapping include the prefix of the binding.
 
 Modelica Association, System Structure and Parameterization, version 2.0, 2024, section 5.4 (ParameterBindings).
 """
@@ -45,7 +45,7 @@ def read_bindings(element: Any, document: Document, resources: Path | None) -> I
     Parameters
     ----------
     element, document
-        The element, and the document that has it.
+        The element, and the document that contains it.
     resources
         Folder of the resources of its FMU, or of the document of its system, for sources inside it.
 

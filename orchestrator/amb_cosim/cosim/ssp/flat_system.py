@@ -1,7 +1,8 @@
 """The systems of an archive as a single system: components, connections, signals and values by the names of components.
 
 A connector of the outermost system that feeds inputs is a signal. Its value takes precedence over those of the inputs,
-which are connected. If a variable has several values, that of the outer system applies, and of its sets the last one.
+which are connected. If a variable has several values, the value of the outer system applies; if several sets of a
+system contain it, the last one applies.
 """
 
 from __future__ import annotations
@@ -258,7 +259,7 @@ class FlatSystem:
         return not self.nets.below(node, None) and all(route.source != node for route in self.nets.delivered.values())
 
     def _spread(self, node: Node, setting: Setting) -> None:
-        """Set what a connector of a system reaches, and its signal."""
+        """Set the values of everything that a connector of a system reaches, and of its signal."""
         values, unit = self._read(node, setting)
         for route in self.nets.below(node, unit):
             (factor, offset), passed = route.law, values
@@ -324,7 +325,7 @@ class FlatSystem:
     def _ends(self, node: Node, indices: tuple[int, ...]) -> dict[str, Port | None]:
         """Return the variables of a component's connector, or of the elements of an array, by their names.
 
-        A connector without a variable has None, which the check of the system reports.
+        A connector without a variable is mapped to None, which the check of the system reports.
         """
         ports = self.interfaces[node.place].elements(node.name, indices)
         if indices and not ports:

@@ -36,7 +36,7 @@ OUTERMOST = ("system", "")  # kind and place of the connectors of the outermost 
 
 
 class Node(NamedTuple):
-    """A connector of a component, of a system, or an entry of a signal dictionary; `place` is the path of these."""
+    """A connector of a component, of a system, or an entry of a signal dictionary; `place` is the path of its owner."""
 
     kind: Kind
     place: str
@@ -97,7 +97,7 @@ class Document:
         raise ValueError(f"{self.what} has no file {source!r}; sources must be relative paths of files in it")
 
     def system(self, name: str = "") -> Any:
-        """Return the system of an id, by default the outermost one."""
+        """Return the system with an id, by default the outermost one."""
         if not name:
             return self.root.find("ssd:System", NAMES)
         systems = {system.get("id"): system for system in self.root.iter(tag("ssd:System")) if system.get("id")}

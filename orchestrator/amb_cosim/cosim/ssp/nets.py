@@ -115,7 +115,7 @@ class Nets:
         return node in self._arrival
 
     def claim(self, start: Node) -> list[Route]:
-        """Return the routes to all that a source of a net reaches, and note at connectors how it arrives."""
+        """Return the routes to everything that a source of a net reaches, and record at connectors how it arrives."""
         return list(self._spread(start, self.unit(start), claims=True))
 
     def below(self, node: Node, unit: Unit | None) -> list[Route]:

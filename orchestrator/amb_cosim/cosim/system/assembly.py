@@ -47,7 +47,7 @@ class Assembly:
 
     @cached_property
     def sources(self) -> dict[str, tuple[str, Any]]:
-        """Name and content, as JSON data, of all that the FMUs are made from, by what it is: `rotor`, `FMU of motor`.
+        """Name and content, as JSON data, of everything that the FMUs are made from, by kind: `rotor`, `FMU of motor`.
 
         The content of a file other than TOML is its digest.
         """

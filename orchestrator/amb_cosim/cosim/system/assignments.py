@@ -154,7 +154,7 @@ class Assignments:
             self.inputs.setdefault(signal.name, self.start_value(signal.name))
 
     def matching(self, name: str) -> list[str]:
-        """Return the settable variables that a name with `*` or `?` matches; any other name as it is."""
+        """Return the settable variables that a name with `*` or `?` matches; any other name unchanged."""
         if not is_pattern(name) or self._is_name(name):
             return [name]
         component, pattern = self._split(name)

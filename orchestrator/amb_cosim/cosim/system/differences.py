@@ -25,7 +25,7 @@ def list_differences(stored: Any, now: Any) -> str:
 
 
 def described(source: Any) -> tuple[str, Any]:
-    """Return name and content of a file or a dataclass as JSON data; of a file other than TOML, its digest."""
+    """Return name and content of a file or a dataclass as JSON data; for a file other than TOML, its digest."""
     if not isinstance(source, str | Path):
         content = json.dumps(asdict(source), default=_as_data)
         return f"{type(source).__name__} of Python", json.loads(content)

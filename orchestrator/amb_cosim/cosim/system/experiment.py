@@ -71,8 +71,8 @@ class Experiment:
     record_every, record_settling
         Steps between records, and whether to record before time 0.
     each
-        What variables with these patterns are of a step; a decimated record has them at every step, or in long runs of
-        several steps together (`step_rows`).
+        How variables with these patterns summarise a step; a decimated record contains them at every step, or in long
+        runs for several steps together (`step_rows`).
     settling
         Whether the motion before time 0 is simulated, solved for (`settling`), or solved for if possible.
     period
@@ -126,8 +126,8 @@ class Ramp:
 class Plan:
     """An experiment on the time grid: communication point n is at the time t_0 + n h, with t_0 = `start_time`.
 
-    The last point is at `stop_time` unless that is None. `assembly` has the FMUs; `system` is its system with the rates
-    and the coupling of the run.
+    The last point is at `stop_time` unless that is None. `assembly` contains the FMUs; `system` is its system with the
+    rates and the coupling of the run.
 
     `parameters` are the parameters of components, `texts` values of their String and Binary variables, `inputs` the
     initial values of signals and scheduled inputs by name, `events` their changes as (point, name, value). Quantities

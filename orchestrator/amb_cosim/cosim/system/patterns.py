@@ -49,7 +49,7 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
 
 
 def _connects_patterns(link: Connection, system: System, interfaces: Mapping[str, FmuInterface]) -> bool:
-    """Return whether the source of a connection is a pattern, and no name of a variable."""
+    """Return whether the source of a connection is a pattern, and not the name of a variable."""
     component, name = system.divide(link.source)
     return is_pattern(link.source) and not (component in interfaces and name in interfaces[component].ports)
 

@@ -230,7 +230,7 @@ def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int)
 
 
 def _sampled(profile: Profile, values: Assignments, grid: TimeGrid) -> tuple[tuple[int, float], ...]:
-    """Return the points of a profile with a unit, or if they are closer than steps, its mean over each."""
+    """Return the points of a profile with a unit or, if they are closer than steps, its means over the steps."""
     times, numbers = np.array(profile.points, dtype=np.float64).T
     zero, one = (values.read(profile.variable, f"{number} {profile.unit}".strip(), "input")[1] for number in (0, 1))
     numbers = zero + (one - zero) * numbers
@@ -277,7 +277,7 @@ def _with_rate(component: Component, values: Assignments, h: float) -> Component
 def _uneven_samples(components: Sequence[Component], values: Assignments, h: float) -> Iterator[str]:
     """Yield a warning for each component whose samples fall between communication points.
 
-    A step that contains the instant of a sample takes it at its beginning (`signal_chain.sampling`).
+    A step that contains the instant of a sample takes the sample at its beginning (`signal_chain.sampling`).
     """
     for component in components:
         sample_time, step = _sample_time(component, values), component.every * h
@@ -319,7 +319,7 @@ def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequ
 def _chosen(
     available: tuple[str, ...], named: tuple[str, ...], watched: tuple[str, ...], excluded: tuple[str, ...] | None
 ) -> tuple[str, ...]:
-    """Return the names that are watched or match `named`; with `excluded`, also all others that do not match that."""
+    """Return the names that are watched or match `named`; if `excluded` is given, also all others not matching it."""
 
     def is_recorded(name: str) -> bool:
         return name in watched or _matches(name, named) or (excluded is not None and not _matches(name, excluded))

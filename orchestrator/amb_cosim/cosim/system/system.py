@@ -83,7 +83,7 @@ class Signal:
 class Output:
     """An output of the system as a whole: factor times `source`, an output of a component, plus offset, in `unit`.
 
-    It is recorded under its name, where its source is recorded.
+    It is recorded under its name if its source is recorded.
     """
 
     name: str

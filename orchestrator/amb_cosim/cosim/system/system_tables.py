@@ -148,7 +148,7 @@ class ExperimentTable(Table):
     """Recorded variables."""
 
     def experiment(self) -> Experiment:
-        """Return the run, times in s; raises ValueError where one is not allowed."""
+        """Return the run, times in s; raises ValueError if one is not allowed."""
         start = time_of(self.start_time, "start_time", least=-LONGEST)
         settles = start < 0.0 and self.record.settling is False
         beginning = 0.0 if settles else start

@@ -38,7 +38,7 @@ def _number(raw: Raw, unit: str, name: str) -> float:
 
 
 def plain_number(raw: Raw) -> float | None:
-    """Return a number without a unit, also of a text; None of a Boolean and of any other text."""
+    """Return a number without a unit, also from a text; None for a Boolean or any other text."""
     if isinstance(raw, bool):
         return None
     try:

@@ -174,7 +174,7 @@ def _compared_texts(
 
 
 def _reason_to_omit(variable: Any, experiment: ReferenceExperiment) -> str:
-    """Return why a column of the references proves nothing about an FMU; empty for one that does."""
+    """Return why a column of the references proves nothing about an FMU, or an empty text if it proves something."""
     if variable.type in NO_NUMBERS and not (variable.type == "String" and not variable.shape):
         return f"of type {variable.type}{', an array' if variable.shape else ''}"
     if variable.causality == "input":
@@ -271,7 +271,7 @@ def _rows_at(times: Array, points: Array) -> Indices:
     """Return the row of the results that is nearest to each time of the references.
 
     If two references have the same time, before and after an event, they take the two rows of the results at that time.
-    The last time of the results takes their last row.
+    The last time of the results corresponds to their last row.
     """
     rows = np.abs(points[:, None] - times[None, :]).argmin(axis=0)
     for k in np.flatnonzero(np.diff(times) == 0.0) + 1:

@@ -34,7 +34,7 @@ class Type:
 
     @property
     def width(self) -> int:
-        """Bits of an integer, 0 of another type."""
+        """Number of bits of an integer; 0 for another type."""
         return int(self.kind[1:]) if self.kind[0] == "i" else 0
 
     @property

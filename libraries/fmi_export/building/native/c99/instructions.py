@@ -1,6 +1,6 @@
 """Instructions of LLVM in C, except branches and calls: each function reads a line and writes C.
 
-Operations of floating point are those of C, one to one. Integers wrap around, and a shift counts modulo their width.
+Floating-point operations map one to one to those of C. Integers wrap around, and a shift counts modulo their width.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def write(body: FunctionBody, opcode: str, line: Line) -> None:
 
 
 def _pair(line: Line) -> tuple[Value, Value]:
-    """Return two operands of the same type, which only the first names."""
+    """Return two operands of the same type, which is written only before the first."""
     left = line.typed()
     line.take(",")
     return left, line.value(left.type)
@@ -88,7 +88,7 @@ def _compare(body: FunctionBody, line: Line) -> None:
 
 
 def _compare_reals(body: FunctionBody, line: Line) -> None:
-    """Write a comparison; with NaN, ordered ones are false and unordered ones true, those of C false except `!=`."""
+    """Write a comparison; with NaN, ordered ones are false, unordered ones true, and those of C false except `!=`."""
     line.skip(*FLAGS)
     order = line.word()
     a, b = map(body.scalar, _pair(line))

@@ -3,11 +3,11 @@
 Each function becomes one of C, each block a label, each branch a `goto`. A phi, whose value depends on where control
 comes from, has two variables: each branch to its block writes the first, and the block begins by copying the first of
 every phi to the second, since they change at once. `instructions.py` and `calls.py` translate instructions, `values.py`
-values, and `translated.h` has the macros of the generated code.
+values, and `translated.h` contains the macros of the generated code.
 
 Floating-point operations keep the order of the assembly and call C's mathematical library. If the compiler neither
-contracts nor reorders them, the bits equal those of LLVM's machine code. Vectors are not supported; `lowering` makes
-none.
+contracts nor reorders them, the bits equal those of LLVM's machine code. Vectors are not supported; `lowering`
+generates none.
 """
 
 from __future__ import annotations
