@@ -35,7 +35,7 @@ ROUNDING = 1e-9  # relative contribution of a site to the displacement of a plac
 def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Model, Array]:
     """Return the plant of a rotor, by default that of the packs, and its constants.
 
-    Its layout has the `mass` (kg) beside the planes.
+    Its layout contains the `mass` (kg) in addition to the planes.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Mode
     ------
     ValueError
         If the rotor has no bearing, cannot be reduced as its file requires (`reduced_rotor`), or has seals with a mass
-        that the plant does not support (`constant_mass`); and as `stator_bores`.
+        that the plant does not support (`constant_mass`); and in the cases of `stator_bores`.
     """
     rotor = rotor or load_rotor()
     structure, planes = plant_structure(rotor, stators)
@@ -85,10 +85,9 @@ def plant_structure(
 
     The rotor is reduced as in its file (`reduced_rotor`), unless another `reduction` is set.
 
-    The moments of a seal are a seal of their own, NAME.tilt, with the slopes of its node as x and y
-    (`Bearing.tilting`).
-    The start value of the longest substep is short enough for the fastest mode of the free rotor. Bearings among
-    `stators` get a contact site in their stator bore.
+    The moments of a seal become a separate seal, NAME.tilt, whose x and y are the slopes of its node
+    (`Bearing.tilting`). The start value of the longest substep is short enough for the fastest mode of the free rotor.
+    Bearings among `stators` get a contact site in their stator bore.
 
     Raises
     ------

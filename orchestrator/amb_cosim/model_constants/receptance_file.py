@@ -37,7 +37,7 @@ _GAINS = ("k_b", "c_b", "k_integral", "k_s", "k_i", "k_p", "k_d")
 
 
 def loop_parameters(loop: ControlLoop, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
-    """Return the parameters on which a receptance depends: set ones, and the start values of the others."""
+    """Return the parameters on which a receptance depends: set values, and the start values of the others."""
     values, table = parameters or {}, interface_of(loop)
     names = {
         *_SHARED,
@@ -151,7 +151,7 @@ def empty_table(
 ) -> ReceptanceTable:
     """Return an empty table for the rotor of this name, its loop and the controller's parameters.
 
-    `inner` are those of an inner controller, by `component.name`.
+    `inner` are the parameters of an inner controller, by `component.name`.
     """
     values = {**loop_parameters(loop, parameters), **(inner or {})}
     return ReceptanceTable(rotor, loop.sensor_names, loop.axis_names, values)
@@ -218,7 +218,7 @@ def _lines(entry: Entry) -> list[str]:
 
 
 def _quoted(text: str) -> str:
-    """Return a TOML string: the JSON string, with the one control character escaped that JSON leaves."""
+    """Return a TOML string: the JSON string, with the one control character escaped that JSON leaves unescaped."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

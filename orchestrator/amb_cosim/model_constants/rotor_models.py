@@ -64,7 +64,7 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
     Raises
     ------
     ValueError
-        As `control_loop`, and if the table has other sensors or axes or no entry.
+        In the cases of `control_loop`, and if the table has other sensors or axes or no entry.
     """
     rotor = rotor or load_rotor()
     loop = control_loop(rotor)

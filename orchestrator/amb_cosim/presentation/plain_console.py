@@ -13,11 +13,11 @@ from amb_cosim.presentation.printable import printable
 
 
 class PrintableConsole(Console):
-    """A console that sends no control character but its own."""
+    """A console that sends no control characters except its own."""
 
     @property
     def file(self) -> IO[str]:
-        """The stream behind a `PrintableStream`, also where a bar of rich has put its own stream before that."""
+        """The stream behind a `PrintableStream`, also if a bar of rich has put its own stream in front of that."""
         stream = super().file
         inner: IO[str] = getattr(stream, "rich_proxied_file", stream)
         return inner

@@ -1,7 +1,8 @@
-"""Text from elsewhere for a terminal: control characters are shown, and signs that it lacks are replaced.
+"""Text from elsewhere for a terminal: control characters are shown, and characters that it lacks are replaced.
 
-A name in a file may have escape sequences, which change the terminal or the text before them. Everything that commands
-print passes `PrintableStream`, or `plain_console`, whose own sequences for colours and bars go past the stream.
+A name in a file may contain escape sequences, which change the terminal or the text before them. Everything that
+commands print passes through `PrintableStream` or `plain_console`; the latter's own sequences for colours and bars
+bypass the stream.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ class PrintableStream:
 
     @property
     def buffer(self) -> Any:
-        """Not there, because bytes would go past this stream."""
+        """Not available, because bytes would bypass this stream."""
         raise AttributeError("buffer")
 
     def __getattr__(self, name: str) -> Any:
@@ -61,7 +62,7 @@ class PrintableStream:
 
 @contextmanager
 def printable_streams() -> Iterator[None]:
-    """Print only printable text to standard output and standard error, with `LIKE` or `?` for unencodable signs."""
+    """Print only printable text to standard output and standard error; unencodable characters become `LIKE` or `?`."""
     streams = sys.stdout, sys.stderr
     for stream in streams:
         with suppress(AttributeError, ValueError):  # not a stream of the system

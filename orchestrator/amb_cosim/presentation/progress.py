@@ -25,7 +25,7 @@ class Bars(Progress):
     lines
         Whether to print the description of a bar that is hidden.
     interval
-        Least time (s) before the first line, and between two.
+        Shortest time (s) before the first line, and between two lines.
     """
 
     def __init__(self, *columns: Any, lines: bool, interval: float, **options: Any) -> None:
@@ -34,7 +34,7 @@ class Bars(Progress):
 
     @contextmanager
     def starting(self) -> Iterator[threading.Event]:
-        """Print that a simulation starts, with the time it takes, until the event that is yielded is set.
+        """Print that a simulation starts, and the time that this takes, until the yielded event is set.
 
         Compiling takes minutes, and reports nothing.
         """

@@ -128,8 +128,8 @@ def spread(places: ArrayLike, gap: float, lowest: float = -np.inf, highest: floa
         minimise sum_k (p_k - q_k)^2    subject to    p_(k+1) - p_k >= gap,  lowest <= p_k <= highest
 
     This is an isotonic regression of q_k - k gap: neighbours that are too close are spread about their mean. Without
-    bounds it is max_(i<=k) min_(j>=k) of the mean from i to j, for which figures need not wait for SciPy. Bounds clip
-    this result. If they have no room for all, only the upper one holds.
+    bounds it is max_(i<=k) min_(j>=k) of the mean from i to j, so that figures need not wait for SciPy. Bounds clip
+    this result. If they leave too little room, only the upper bound holds.
     """
     requested = np.asarray(places, np.float64)
     order, offsets = np.argsort(requested, kind="stable"), gap * np.arange(len(requested))

@@ -109,7 +109,7 @@ def parse_units(text: str) -> dict[str, str]:
     Raises
     ------
     ValueError
-        If a name is not a display unit, or two are of one quantity.
+        If a name is not a display unit, or two belong to one quantity.
     """
     result: dict[str, str] = {}
     for name in filter(None, re.split(r"[,;\s]+", text.replace("\N{MICRO SIGN}", "u"))):

@@ -4,8 +4,8 @@ The plant outputs the force between samples: `f_n_peak` is the largest of a step
 `f_n_mean` its mean over the step, including them. For an FMU without these, samples `f_n` and impulses are used;
 `is_sampled` reports that. A thinned record contains them for every step, see `at_every_step`.
 
-A peak describes the hardness of the model's contact: it grows with the modes and nodes of the rotor, and an impulse has
-none. The force averaged over `WINDOW` converges.
+A peak depends on the hardness of the model's contact: it grows with the number of modes and nodes of the rotor, and an
+impulse has no peak. The force averaged over `WINDOW` converges.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ def peaks(dataset: Signals, site: str) -> Array | None:
 
 
 def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
-    """Return the largest normal force (N) at a site between two cycles; None without samples there."""
+    """Return the largest normal force (N) at a site between two cycles; None if there are no samples."""
     steps = at_every_step(dataset)
     return largest(steps, _peaks(steps, site), begin, end)
 
 
 def averaged_force(dataset: Signals, site: str) -> Array | None:
-    """Return the normal force (N) averaged over `WINDOW`, impacts included: the largest mean between samples."""
+    """Return the normal force (N) averaged over `WINDOW`, including impacts: the largest mean between samples."""
     return _largest_between(dataset, _averaged(at_every_step(dataset), site))
 
 
 def largest_averaged_force(dataset: Signals, site: str) -> float | None:
-    """Return the largest normal force (N) at a site averaged over `WINDOW`, impacts included, from cycle 0 on."""
+    """Return the largest normal force (N) at a site averaged over `WINDOW`, including impacts, from cycle 0 on."""
     steps = at_every_step(dataset)
     return largest(steps, _averaged(steps, site))
 
@@ -63,7 +63,7 @@ def touches(dataset: Signals, site: str) -> Bools:
 
 
 def largest(dataset: Signals, values: Array | None, begin: float = 0.0, end: float = np.inf) -> float | None:
-    """Return the largest of values at each sample between two cycles, from cycle 0 on; None without samples there."""
+    """Return the largest of values at each sample between two cycles, from cycle 0 on; None if there are no samples."""
     first, stop = np.searchsorted(cycles(dataset), (max(begin, 0.0), end))
     return None if values is None or first >= stop else float(values[first:stop].max())
 

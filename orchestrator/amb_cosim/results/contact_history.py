@@ -36,7 +36,7 @@ def peak(dataset: Signals, name: str) -> float | None:
 
 
 def touchable(dataset: Signals) -> list[str]:
-    """Return the retainer bearings and the other touched sites; without retainers, all sites; and touched faces."""
+    """Return the retainer bearings and other touched sites (without retainers, all sites), and touched faces."""
     others, retainers = places(dataset).others, places(dataset).retainers
     touched = [site for site in others if peak_force(dataset, site) or peak(dataset, f"{site}.impulse")]
     faces = [face for face in places(dataset).faces if peak_force(dataset, face)]
@@ -49,7 +49,7 @@ def loaded_interval(dataset: Signals) -> tuple[float, float]:
 
 
 def contact_share(dataset: Signals) -> dict[str, float | None]:
-    """Return the share of each of `RotorPlaces.contact_states` of the time between disturbance and relief."""
+    """Return the share of the time between disturbance and relief in each of `RotorPlaces.contact_states`."""
     states = _while_loaded(dataset, "contact_state")
     values = range(len(places(dataset).contact_states))
     return {str(k): None if states is None else float(np.mean(states == k)) for k in values}
@@ -69,7 +69,7 @@ def site_share(dataset: Signals) -> dict[str, float | None]:
 
 
 def _while_loaded(dataset: Signals, name: str) -> NDArray[Any] | None:
-    """Return the samples of a variable of the plant between disturbance and relief; None without any."""
+    """Return the samples of a variable of the plant between disturbance and relief; None if there are none."""
     dataset = at_every_step(dataset)
     begin, end = loaded_interval(dataset)
     values, within = signal(dataset, name), (cycles(dataset) >= begin) & (cycles(dataset) < end)
@@ -97,32 +97,33 @@ def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
 def recovered(dataset: Signals) -> bool | None:
     """Return whether the rotor stays free of contact: five cycles follow the last contact, and it is stable.
 
-    False also if the run ends too early to decide, see `recovery`. A rotor that never touched has recovered. One that
-    touched after all magnets lost their power has not, since nothing keeps it from its retainers.
+    The result is also false if the run ends too early to decide, see `recovery`. A rotor that never touched has
+    recovered. A rotor that touched after all magnets lost their power has not, since nothing keeps it from its
+    retainers.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[0]
 
 
 def recovery(dataset: Signals) -> Recovery | None:
-    """Return the outcome of the run; None of one that ends free without a disturbance, or if contact was not recorded.
+    """Return the outcome of the run; None if it ends free without a disturbance, or if contact was not recorded.
 
-    `stator` is a rotor that has touched the stator of a magnetic bearing, whatever follows, and `unstable` one that
-    diverges without contact under power, see `stability`. Of the others that have not `recovered`, one whose magnets
-    have no power at the end has `landed` on its retainers, even if it bounces or floats between them. One with power is
-    `trapped` if contact outlasts what excites it:
+    `stator` means that the rotor has touched the stator of a magnetic bearing at any time, and `unstable` that it
+    diverges without contact under power, see `stability`. Among the other rotors that have not `recovered`, one whose
+    magnets have no power at the end has `landed` on its retainers, even if it bounces or floats between them. A rotor
+    with power is `trapped` if contact outlasts its excitation:
 
         C > E - 1 cycle,    N(E) - N(L) >= 10 turns
 
     C is the last contact, E the end, N the number of turns, L the last event or point of the speed, or cycle 0 if that
-    is later. One that rolls at the end through a turn of whirl is trapped at once, since the whirl feeds on the spin.
-    Any other is `undecided`: the run ends too early. All of these are with a disturbance or without. Otherwise,
-    `prevented` means no contact after the disturbance.
+    is later. A rotor that rolls at the end through a turn of whirl is trapped at once, since the spin drives the whirl.
+    Any other outcome is `undecided`, because the run ends too early. All of these apply with or without a disturbance.
+    Otherwise, `prevented` means no contact after the disturbance.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
 
 def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Recovery | None]:
-    """Return `recovered` and `recovery` after the last contact, in cycle `last`, None without any."""
+    """Return `recovered` and `recovery` after the last contact, in cycle `last`, or None if there is none."""
     if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
         return None, None
     disturbance, power_lost = dataset.attrs.get("disturbance_cycle"), power_lost_at(dataset)
@@ -148,7 +149,7 @@ def touches_at_the_end(dataset: Signals, last: float) -> bool:
 
 
 def turns_since_change(dataset: Signals) -> float:
-    """Return the turns from the last event, point of the speed or cycle 0 to the end; cycles for one that stands."""
+    """Return the turns from the last event, point of the speed or cycle 0 to the end; cycles if the rotor stands."""
     cycle, Omega = cycles(dataset), speed(dataset)
     stands = abs(Omega[-1]) < STANDING * np.abs(Omega).max()
     turned = cycle if stands else turns(dataset)
@@ -181,7 +182,7 @@ def rolls_at_the_end(dataset: Signals) -> list[str]:
 
 
 def rolling_on_race_from(dataset: Signals) -> float | None:
-    """Return the first cycle from which the rotor rolls on a race that turns with it, a turn of it or more.
+    """Return the first cycle from which the rotor rolls on a race that turns with it, for a turn of it or more.
 
     Meanwhile the rotor whirls less than a turn: it lies on the race, or swings.
     """
@@ -190,7 +191,7 @@ def rolling_on_race_from(dataset: Signals) -> float | None:
 
 
 class _Rolling(NamedTuple):
-    """A time of rolling at a site: its first cycle, net angles (rad) of whirl and race, whether it lasts."""
+    """A period of rolling at a site: its first cycle, net angles (rad) of whirl and race, and whether it lasts."""
 
     site: str
     start: float
@@ -200,7 +201,7 @@ class _Rolling(NamedTuple):
 
 
 def _rolled(dataset: Signals) -> list[_Rolling]:
-    """Return the times of rolling from cycle 0 on."""
+    """Return the periods of rolling from cycle 0 on."""
     dataset = at_every_step(dataset)
     rollings = []
     for site in places(dataset).sites:

@@ -14,7 +14,7 @@ HEAT = ("damping", "friction", "impact")
 def energies(dataset: Signals) -> dict[str, Array] | None:
     """Return the energies of the plant (J) at each sample; work, heat and balance start at cycle 0.
 
-    None if they were not recorded, or cycle 0 was not reached.
+    The result is None if they were not recorded, or cycle 0 was not reached.
     """
     values = {name: signal(dataset, f"energy.{name}") for name in ("kinetic", "strain", *HEAT, "work", "balance")}
     begin = int(np.searchsorted(cycles(dataset), 0.0))
@@ -25,7 +25,7 @@ def energies(dataset: Signals) -> dict[str, Array] | None:
 
 
 def spin_energy(dataset: Signals) -> Array | None:
-    """Return the energy (J) of a free spin at each sample, which `energy.kinetic` includes; None of a driven spin.
+    """Return the energy (J) of a free spin at each sample, which `energy.kinetic` includes; None for a driven spin.
 
     1/2 I_p Omega^2
     """
@@ -36,7 +36,7 @@ def spin_energy(dataset: Signals) -> Array | None:
 
 
 def energy_balance(dataset: Signals) -> tuple[dict[str, float] | None, float | None, float | None]:
-    """Return heat, work and `balance` (J), and the balance over the largest of all energies and over the heat.
+    """Return heat, work and `balance` (J), and the balance relative to the largest of all energies and to the heat.
 
     `balance` is the largest difference of gain and work from cycle 0 on. The largest energy may be that of the spin,
     which hides the error. A ratio to zero is None.
@@ -54,5 +54,5 @@ def energy_balance(dataset: Signals) -> tuple[dict[str, float] | None, float | N
 
 
 def heat_of(energy: dict[str, float]) -> float:
-    """Return the heat (J) of `energy_balance`, its parts without their signs: a rule of impacts may create energy."""
+    """Return the heat (J) of `energy_balance`, by the size of its parts: a rule of impacts may create energy."""
     return sum(abs(energy[name]) for name in HEAT)

@@ -38,7 +38,7 @@ def free_vibration(motion: Array, turns: float) -> FreeVibration | None:
     motion
         Equally spaced samples of some signals (m), shape (n, signals).
     turns
-        Turns of the rotor in them; 0 of a rotor that does not rotate.
+        Turns of the rotor in them; 0 for a rotor that does not rotate.
     """
     n = len(motion)
     W = np.fft.rfft(np.hanning(n)[:, None] * (motion - motion.mean(axis=0)), axis=0)

@@ -6,12 +6,12 @@ Free motion of a linear machine, with its steady orbit, rest position and drift,
 
 The poles z_i are those of the matrix pencil of windows of the samples, which all signals share (Y. Hua, T. K. Sarkar,
 Matrix pencil method for estimating parameters of exponentially damped/undamped sinusoids in noise, IEEE Trans.
-Acoustics, Speech and Signal Processing 38 (1990) 814-824). Amplitudes c_i, a and b are least squares. Sampling keeps
-|z_i| of vibrations faster than half the sample rate.
+Acoustics, Speech and Signal Processing 38 (1990) 814-824). The amplitudes c_i, a and b are fitted by least squares.
+Sampling preserves |z_i| even of vibrations faster than half the sample rate.
 
 A pole grows if it multiplies the mean square by 1.5 from the first third of the time to the last, |z_i|^n > 1.5^(3/4).
-Slow motion over less than a period, and noise, can be fitted by a growing pole as well as by others. So growth counts
-only if (1) without it, with these poles on the unit circle, misses the samples by 1.5 times the mean square.
+Slow motion over less than a period, and noise, can be fitted by a growing pole as well as by others. Growth therefore
+counts only if (1), with these poles moved to the unit circle, misses the samples by 1.5 times the mean square.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _poles(motion: Array) -> Complex:
 
 
 def _fit(z: Complex, motion: Array) -> tuple[Complex, Complex, float]:
-    """Return the terms of (1), those of growing poles 1 at the end, amplitudes, and the residual's mean square."""
+    """Return the terms of (1), scaled to 1 at the end for growing poles, amplitudes, and the residual's mean square."""
     n = len(motion)
     k = np.arange(n)[:, None]
     exponents = np.where(np.abs(z) > 1.0, k - (n - 1), k)

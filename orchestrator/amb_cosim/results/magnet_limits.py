@@ -23,7 +23,7 @@ def control_current(dataset: Signals, axis: str) -> Array | None:
 
 
 def amplifier_off(dataset: Signals, axis: str) -> Bools:
-    """Return at which samples the amplifier of an axis is off; never if that was not recorded."""
+    """Return the samples at which the amplifier of an axis is off; none if that was not recorded."""
     off = _recorded(dataset, axis, f"{ACTUATOR}.{{}}.amplifier_off_{{}}")
     return np.zeros(dataset.sizes["time"], bool) if off is None else np.asarray(off, bool)
 
@@ -40,7 +40,7 @@ def magnet_force(dataset: Signals, axis: str) -> Array | None:
 
 
 def is_magnetic(dataset: Signals, bearing: str) -> bool:
-    """Return whether a bearing ever has power, and a current or a force of it was recorded that is not always zero."""
+    """Return whether a bearing ever has power, and a current or force of it that is not always zero was recorded."""
     axes = [f"{bearing}.{axis}" for axis in places(dataset).directions(bearing)]
     signals = (of(dataset, axis) for of in (control_current, magnet_force) for axis in axes)
     has_power = not all(amplifier_off(dataset, axis).all() for axis in axes)
@@ -65,7 +65,7 @@ def coil_limits(p: Mapping[str, float]) -> Limits:
     Parameters
     ----------
     p
-        Parameters of an axis as of `magnet_parameters`; I_m, the part of permanent magnets, may be missing.
+        Parameters of an axis as `magnet_parameters` returns them; I_m, the part of permanent magnets, may be missing.
     """
     bias, limit, permanent = p["bias_current"], p["current_limit"], p.get("permanent_bias", 0.0)
     operating, least, most = p["static_current"] + bias, max(0.0, permanent - limit), permanent + limit

@@ -26,7 +26,7 @@ from array_types import Array
 
 
 class Use(NamedTuple):
-    """The largest share of a limit, the value that has it, that limit, and the axis."""
+    """The largest share of a limit, the value with this share, the limit, and the axis."""
 
     share: float
     value: float

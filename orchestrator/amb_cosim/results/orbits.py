@@ -69,8 +69,8 @@ def upright(dataset: Signals) -> complex:
 
         exp(-j (pi/2 + a)),    a: `gravity_angle`, the direction of gravity from x towards y
 
-    Magnets often stand at 45 degrees to the vertical. It also applies to a rotor whose gravity is left out, and is 1
-    without an angle, and of an upright rotor, which has no "up".
+    Magnets often stand at 45 degrees to the vertical. It also applies to a rotor whose gravity is left out. It is 1
+    without an angle, and for an upright rotor, which has no "up".
     """
     angle, down = parameters(dataset).get("gravity_angle"), np.sign(gravity_across(dataset) or 1.0)
     if angle is None or is_upright(dataset):
@@ -80,7 +80,7 @@ def upright(dataset: Signals) -> complex:
 
 
 def is_upright(dataset: Signals) -> bool:
-    """Return whether the shaft is vertical: by its tilt, or with a gravity of 0 that is stated, not left out."""
+    """Return whether the shaft is vertical: by its tilt, or by a stated gravity of 0."""
     if gravity_across(dataset):
         return False
     stated = dataset.attrs.get("scenario_data", "{}")  # JSON, unless the result is only judged
@@ -89,7 +89,7 @@ def is_upright(dataset: Signals) -> bool:
 
 
 def gravity_across(dataset: Signals) -> float:
-    """Return the gravity across the shaft (m/s^2), which a shaft that moves along itself may be tilted against."""
+    """Return the gravity across the shaft (m/s^2); a shaft that can move along its axis may be tilted."""
     values = parameters(dataset)
     gravity, tilt = float(values.get("gravity") or 0.0), float(values.get(f"{places(dataset).thrust}.tilt") or 0.0)
     across = gravity * float(np.cos(tilt))
@@ -142,7 +142,7 @@ def orbit_largest(dataset: Signals) -> dict[str, float | None]:
 
 
 def notices_of_start(dataset: Signals) -> list[str]:
-    """Return a sentence if a largest radius is that of a transient at the start, which has not settled.
+    """Return a sentence if a largest radius belongs to a transient at the start, which has not settled.
 
         R_k: largest radius in cycle k,    R_(k+1) < 0.95 R_k for k = 0 to n - 1,    R < 0.95 R_0 from cycle n on
 
@@ -171,7 +171,7 @@ def notices_of_start(dataset: Signals) -> list[str]:
 
 
 def notices_of_samples(dataset: Signals) -> list[str]:
-    """Return a sentence if the record is thinned, so that the radii are those of some steps.
+    """Return a sentence if the record is thinned, so that the radii cover only some of the steps.
 
         1 - |r_n|/max |r| <= 1 - cos(pi/n),    n = 2 pi/(max |Omega| h)                              (1)
 
@@ -208,8 +208,8 @@ def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
 def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> float | None:
     """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end`.
 
-    The change is that of `signal_arrays.change`. The amplitude is that of the last full revolution before it; without
-    such a revolution it is None.
+    The change is defined in `signal_arrays.change`. The amplitude is that of the last full revolution before it;
+    without such a revolution it is None.
     """
     circles = _circles(dataset, motion, when)
     return None if circles is None else float(np.abs(circles).sum())
@@ -224,7 +224,7 @@ def _is_steady(dataset: Signals, motion: Path | None, when: When) -> bool:
 
 
 def _circles(dataset: Signals, motion: Path | None, when: When, back: float = 0.0) -> Complex | None:
-    """Return the `synchronous_circles` of the revolution that ends `back` turns earlier; None without it."""
+    """Return the `synchronous_circles` of the revolution that ends `back` turns earlier; None if it is missing."""
     revolutions = turns(dataset)
     at = change(dataset) if when == "before" else np.inf
     if motion is None or at is None or not len(revolutions):

@@ -33,7 +33,7 @@ class RotorPlaces:
     valid_to
         Frequency up to which the reduced rotor is accurate (rad/s); None if not stated.
     magnetic
-        The bearings that exert a force, the axial one among them; of others, controller and actuator have no effect.
+        The bearings that exert a force, the axial one among them; on others, controller and actuator have no effect.
     stators
         Each contact site in a stator bore, with the bearing of that stator.
     second
@@ -43,7 +43,7 @@ class RotorPlaces:
     faces
         Each face that stops the rotor along its shaft, with the retainer on which it lands; empty if it has none.
     thrust
-        The disc of an axial bearing, with which the rotor moves along its shaft; empty without one.
+        The disc of an axial bearing, with which the rotor moves along its shaft; empty if there is none.
     """
 
     bearings: Mapping[str, str]
@@ -128,9 +128,9 @@ def _read(text: str) -> RotorPlaces:
 
 
 def places_of(assembly: Assembly) -> RotorPlaces:
-    """Return the places of a system's plant from the layout in its FMU; without one, from the names of its variables.
+    """Return the places of a system's plant from the layout in its FMU or else from the names of its variables.
 
-    In that case the first retainer belongs to the first bearing, and so on. Without a plant there are none.
+    In that case the first retainer belongs to the first bearing, and so on. A run without a plant has no places.
     """
     if PLANT not in assembly.interfaces:
         return RotorPlaces({}, ())

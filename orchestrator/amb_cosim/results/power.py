@@ -31,7 +31,7 @@ def without_power(dataset: Signals) -> Bools:
 
 
 def power_lost_at(dataset: Signals) -> float | None:
-    """Return the cycle from which no magnet has power until the end; None if a magnet has power, or without magnets."""
+    """Return the cycle from which no magnet has power until the end; None if one has power, or there are no magnets."""
     off = without_power(dataset)
     if not off.any() or not off[-1]:
         return None

@@ -31,7 +31,7 @@ STEEPEST = 0.5 * math.pi  # rad
 
 
 def steady_swing(times: Array, z: Complex, clearance: float, gravity: float) -> float | None:
-    """Return the largest swing (rad) by (1) of steady rocking in the last quarter of the time; None of other motion.
+    """Return the largest swing (rad) by (1) of steady rocking in the last quarter of the time; None for other motion.
 
     Parameters
     ----------

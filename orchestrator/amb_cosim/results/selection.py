@@ -1,4 +1,4 @@
-"""Variables and times of a run that a figure or a file is made of, and the files: CSV and MAT."""
+"""Selection of variables and times of a run for a figure or a file, and the files: CSV and MAT."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ KEYWORDS = (
 
 @dataclass(frozen=True)
 class Selection:
-    """Variables of a run, in order, and which of its samples."""
+    """Variables of a run, in order, and the selected samples."""
 
     dataset: Signals
     names: tuple[str, ...]
@@ -101,7 +101,7 @@ def to_csv(selection: Selection, path: Path) -> None:
 
 
 def mat_name(name: str) -> str:
-    """Return a name that MATLAB allows: underscores for all but ASCII letters and digits, after a letter."""
+    """Return a name that MATLAB allows: underscores for all but ASCII letters and digits, beginning with a letter."""
     short = re.sub("[^A-Za-z0-9]", "_", name)
     return short if short[:1].isalpha() and short not in KEYWORDS else f"x_{short}"
 

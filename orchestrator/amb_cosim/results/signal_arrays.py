@@ -24,9 +24,9 @@ _CONTROL_ACTS = f"{CONTROLLER}.rolac_active"
 
 
 def finite_signals(dataset: Signals) -> tuple[Signals, tuple[str, ...]]:
-    """Return a record without the signals that have a value which is not finite, or above `LARGEST`, and their names.
+    """Return a record without the signals that have a value not finite or above `LARGEST`, and the names of these.
 
-    FMUs and files from elsewhere may have such values, of which no key value or limit of an axis can be computed.
+    FMUs and files from elsewhere may contain such values, from which no key value or limit of an axis can be computed.
     """
     left_out = tuple(name for name in variables_of(dataset) if not _is_finite(dataset[name].values))
     if not left_out:
@@ -43,7 +43,7 @@ def _is_finite(values: NDArray[Any]) -> bool:
 
 
 def _samples(dataset: Signals, name: str) -> Samples:
-    """Return the samples of a signal, over the steps where its name says so."""
+    """Return the samples of a signal, over the steps if its name says so."""
     values = dataset[name]
     return Samples(values.values, values.attrs, EACH_STEP if name.endswith(AT_STEPS) or name == EACH_STEP else "time")
 
@@ -71,7 +71,7 @@ def at_every_step(dataset: Signals) -> Signals:
 
 
 def thinning(dataset: Signals) -> int:
-    """Return the number of communication steps from each sample to the next; 1 of a full record."""
+    """Return the number of communication steps from each sample to the next; 1 for a full record."""
     steps = np.diff(dataset["time"].values)
     step = dataset.attrs.get("communication_step_s")
     return max(1, round(float(np.median(steps)) / float(step))) if step and len(steps) else 1
@@ -168,7 +168,7 @@ def event_name(dataset: Signals, role: Role) -> str:
 
 
 def change(dataset: Signals) -> float | None:
-    """Return the cycle of the disturbance or, without one, that in which ROLAC starts."""
+    """Return the cycle of the disturbance or, if there is none, the cycle in which ROLAC starts."""
     if "disturbance_cycle" in dataset.attrs:
         return float(dataset.attrs["disturbance_cycle"])
     return switched_on(dataset)

@@ -1,4 +1,4 @@
-"""Whether a levitated rotor diverges: its orbit grows, or limits of its currents bound a vibration of its own.
+"""Whether a levitated rotor diverges: its orbit grows, or limits of its currents bound a self-excited vibration.
 
 The end of a run is judged: the time since the last change, the last contact and cycle 0, at least `MIN_CYCLES`. Growth
 is judged only where nothing that excites the rotor from outside its loop changes (`_last_change_outside`).
@@ -49,7 +49,7 @@ def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
 
 
 def last_change(dataset: Signals) -> float:
-    """Return the cycle of the last event or point of the speed within the run; 0 without any from cycle 0 on."""
+    """Return the cycle of the last event or point of the speed within the run; 0 if there is none from cycle 0 on."""
     end = float(cycles(dataset).max(initial=0.0))
     events = (float(dataset.attrs.get(name, 0.0)) for name in (LAST_CHANGE, *(f"{role}_cycle" for role in ROLES)))
     return max(0.0, *(min(event, end) for event in events if event <= end + ROUNDING))
@@ -65,9 +65,9 @@ def orbit_grows(dataset: Signals, within: slice) -> bool:
 
     Steady orbits, drifts on a straight line, and orbits that approach another one do not grow (`results.growth`).
     Samples are taken at equal angles of the shaft, so that a synchronous orbit is steady while the speed varies by up
-    to 1 %. With a larger change of the speed the result is false, and with an excitation from outside that is not
-    steady. Growing parts that cancel can fit the response to a slow sine sweep, so that all motion must grow if a
-    component excites the rotor from outside its loop.
+    to 1 %. The result is false if the speed changes more, or if an excitation from outside is not steady. Growing parts
+    that cancel can fit the response to a slow sine sweep, so that all motion must grow if a component excites the rotor
+    from outside its loop.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def _is_steady(values: Array) -> bool:
     """Return whether a signal keeps its mean square, and that of its rate, which changes with its frequency.
 
     A steady vibration or noise has the same in the first and the last third, within `GROWTH`; one that begins, grows,
-    fades or sweeps has not.
+    fades or sweeps does not.
     """
     for signal_or_rate in (values - values.mean(), np.diff(values)):
         first, _, last = (float(np.mean(part**2)) for part in np.array_split(signal_or_rate, 3))
@@ -121,11 +121,12 @@ def _is_steady(values: Array) -> bool:
 def is_self_excited(dataset: Signals, within: slice) -> bool:
     """Return whether a vibration that is not periodic with the rotation lasts and keeps reaching limits of currents.
 
-    Rotation, weight and constant inputs force motion that is periodic with the rotation, also if it reaches limits. Any
-    other vibration decays under a stable loop. One that does not is driven by an unstable loop, and limits that it
-    reaches bound it: a limit cycle, which may be at these limits for any share of the time. Vibrations are compared
-    over two intervals of `MIN_CYCLES` or more. With sensor noise, which drives all vibrations, or a component that
-    excites the rotor from outside its loop, such as a generator of test forces, the result is false.
+    Rotation, weight and constant inputs force motion that is periodic with the rotation, even if it reaches limits. Any
+    other vibration decays under a stable loop. A vibration that does not decay is driven by an unstable loop, and
+    limits that it reaches bound it. This is a limit cycle, which may be at these limits for any share of the time.
+    Vibrations are compared over two intervals of `MIN_CYCLES` or more. With sensor noise, which drives all vibrations,
+    or a component that excites the rotor from outside its loop, such as a generator of test forces, the result is
+    false.
 
     Parameters
     ----------
@@ -189,7 +190,7 @@ def is_limited(dataset: Signals, within: slice) -> bool:
 
 
 def _limits(dataset: Signals, within: slice) -> list[Bools]:
-    """Return the samples at each limit of an axis or a demand; one that is never reached if an amplifier is faulty."""
+    """Return the samples at each limit of an axis or a demand; only an unreached one if an amplifier is faulty."""
 
     def samples(label: str) -> Bools:
         return np.asarray(dataset[label].values)[within] != 0

@@ -24,7 +24,7 @@ class StatorTouch:
     first
         End of the first step with contact (s from cycle 0).
     force
-        Largest normal force averaged over 1 ms, impacts included (N); None if not recorded.
+        Largest normal force averaged over 1 ms, including impacts (N); None if not recorded.
     peak
         Largest normal force without impacts (N); None if not recorded.
     """

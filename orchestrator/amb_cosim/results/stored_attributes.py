@@ -1,6 +1,6 @@
-"""Checks the attributes of a result file: their types, those that a scenario has, and what contradicts them.
+"""Checks the attributes of a result file: their types, those of a scenario, and contradictions.
 
-A file from elsewhere may lack an attribute, or have one of another type or with JSON nested without end. It is refused
+A file from elsewhere may lack an attribute, or have one of another type or with endlessly nested JSON. It is refused
 when it is read, so that summaries and figures can rely on the attributes.
 """
 
@@ -34,7 +34,7 @@ class StoredWarning(WarningRecord):
 
 
 class RunAttributes(BaseModel):
-    """Attributes of any run; those of a scenario's run are checked if they are there."""
+    """Attributes of any run; those of a scenario's run are checked if they are present."""
 
     model_config = ConfigDict(strict=True, extra="allow")
 
@@ -87,7 +87,7 @@ def check_signals(dataset: Signals) -> None:
     Parameters
     ----------
     dataset
-        The record of a run; cycles, places and units are those of a scenario's.
+        The record of a run; cycles, places and units are checked for a scenario's.
     """
     check_attributes(dataset.attrs)
     if "scenario" not in dataset.attrs:

@@ -57,7 +57,7 @@ class Summary:
     peak_is_sampled
         Whether this is only the largest sample at a site, see `contact_forces.is_sampled`.
     averaged_contact_force
-        Largest normal contact force averaged over 1 ms at each site, impacts included (N), which converges.
+        Largest normal contact force averaged over 1 ms at each site, including impacts (N), which converges.
     peak_impulse
         Largest normal impulse of the impacts within a step at each site (N s).
     events
@@ -81,10 +81,10 @@ class Summary:
         What the disturbance led to: contact `prevented`, or `recovered` from. With a disturbance or without: the rotor
         is `trapped` in contact, or `landed` where no magnet has power at the end; `undecided` where the run ends too
         early to decide, see `contact_history.recovery`; `unstable` where its orbit grows, or its amplifiers stay at
-        their limits or bound a vibration of its own, see `stability`, and `stator` where it touched the stator. None of
-        a run that ends free without a disturbance, or that broke off.
+        their limits or bound a vibration of its own, see `stability`, and `stator` where it touched the stator. None
+        for a run that ends free without a disturbance, or that broke off.
     rolling_from
-        Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of what it goes back.
+        Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of backward motion.
     rolling_on_race_from
         Cycle from which it rolls with a race through a turn of the race or more, without a turn of whirl.
     whirl_speed
@@ -101,21 +101,22 @@ class Summary:
     energy_balance
         That error over the largest of all energies.
     energy_balance_of_heat
-        That error over the heat; None without any.
+        That error over the heat; None without heat.
     stators
-        The touches of each stator that the rotor has touched, by contact site; empty without.
+        The touches of each stator that the rotor has touched, by contact site; empty if there are none.
     share_beyond_reduction
         Share of the contact force's power at each site above the frequency to which the reduced rotor is accurate.
     touchdown
         The fall of the rotor onto its retainers, or its contact after magnets are switched off; None without contact.
     warnings
-        A sentence for each kind of warning that a component gave: what, where, from when until when. And one if much of
-        the contact force's power is beyond the reduction.
+        A sentence for each kind of warning that a component gave: what, where, from when until when. There is also one
+        if much of the contact force's power is beyond the reduction.
     notices
         Scenario settings that replacing components lack, an end of the run rounded to whole steps, a largest orbit
         that is a transient at the start, and what orbits of a thinned record may miss.
     verdict
-        Outcome of the run, in a word and a sentence, and the values that determine it. It is printed, and not in JSON.
+        Outcome of the run, in a word and a sentence, and the values that determine it. It is printed, but not included
+        in JSON.
     """
 
     scenario: str
@@ -172,7 +173,7 @@ class Summary:
 
 
 def summarise(dataset: Signals) -> Summary:
-    """Compute the summary of a run from its data set; signals that are not finite are left out, as a notice says."""
+    """Compute the summary of a run from its data set; signals that are not finite are left out, with a notice."""
     dataset, left_out = finite_signals(dataset)
     simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
     first, last = contact_history.contact_cycles(dataset)
@@ -232,7 +233,7 @@ def summarise(dataset: Signals) -> Summary:
 
 
 def _recovery(dataset: Signals, last: float | None) -> tuple[bool | None, contact_history.Recovery | None]:
-    """Return `recovered` and `recovery` of a summary of a run with the last contact in cycle `last`, None without."""
+    """Return `recovered` and `recovery` of a summary of a run with the last contact in cycle `last`, or None."""
     recovered, recovery = contact_history.freed_after(dataset, last)
     if recovery == "unstable":
         return False, recovery

@@ -109,12 +109,12 @@ def _rows_at_places(summary: Summary) -> Iterator[tuple[str, str]]:
 
 
 def _cycle(summary: Summary, cycle: float) -> str:
-    """Return a cycle in words, as a time where the speed changes."""
+    """Return a cycle in words, or as a time if the speed changes."""
     return f"{cycle * summary.cycle_duration:.4g} s" if summary.speed_changes else f"cycle {cycle:.4g}"
 
 
 def _interval(events: Mapping[str, str]) -> str:
-    """Return in words between which events the shares of contact are taken."""
+    """Return a phrase on the events between which the shares of contact are taken."""
     begin, end = (events.get(role) for role in ROLES)
     if begin and end:
         return f" between {begin} and {end}"

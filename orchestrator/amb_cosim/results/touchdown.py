@@ -165,7 +165,7 @@ def touchdown(dataset: Signals) -> Touchdown | None:
 
 
 def _from(dataset: Signals, start: int) -> Signals:
-    """Return the data set from a sample on, that of the release."""
+    """Return the data set from the sample of the release on."""
     variables = {name: Samples(dataset[name].values[start:], dataset[name].attrs) for name in variables_of(dataset)}
     coordinates = {name: Samples(dataset[name].values[start:], {}) for name in ("time", "cycle")}
     return SignalTable(variables, coordinates, dataset.attrs)
@@ -185,7 +185,7 @@ def _steps(after: Signals) -> Array:
 def height(dataset: Signals, place: str) -> Array | None:
     """Return the height (m) of the rotor above the centre at a bearing or site, against gravity, at each sample.
 
-    None without gravity across the shaft.
+    The result is None without gravity across the shaft.
     """
     values, motion, gravity = parameters(dataset), path_at_rest(dataset, place), gravity_across(dataset)
     if motion is None or "gravity_angle" not in values or not gravity:
@@ -195,7 +195,7 @@ def height(dataset: Signals, place: str) -> Array | None:
 
 
 def _first_impacts(after: Signals, sites: Sequence[str]) -> tuple[Impact, ...]:
-    """Return the first impacts; a contact that lasts has impacts of rounding, which are left out."""
+    """Return the first impacts; sustained contact has impacts due to rounding, which are left out."""
     times, impacts = _times(after), list[Impact]()
     recorded = [(site, values) for site in sites if (values := signal(after, f"{site}.impulse")) is not None]
     least = LEAST_IMPACT * sum(float(impulse.sum()) for _, impulse in recorded)
@@ -266,7 +266,7 @@ def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
 
 
 def _most_turning(angles: Array) -> tuple[float, int, int]:
-    """Return the most turning (rad) within successive angles in any interval, its first and its last angle.
+    """Return the largest turn (rad) by (1) in any interval of successive angles, and its first and last angle.
 
         sum(angles) - sum(|angles|)/2                                                                 (1)
 
@@ -298,7 +298,7 @@ def _race_spin_up(after: Signals, site: str) -> float | None:
 def _lying(after: Signals, contact: Bools, sites: Iterable[str]) -> list[tuple[Path, float]]:
     """Return position and clearance at sites of a rotor that touches in the last part of the run; at faces, the gap.
 
-    The list is empty without contact then, as in levitation, or if a position was not recorded.
+    The list is empty if there is no contact then, as in levitation, or if a position was not recorded.
     """
     values = parameters(after)
     recorded = [(_position(after, site), values.get(f"{site}.clearance")) for site in sites]
@@ -348,7 +348,7 @@ def _last_part(after: Signals) -> Bools:
 def _standstill(after: Signals) -> float | None:
     """Return the time at which the speed is 0 or reverses and after which the rotor does not turn once.
 
-    A rotor that sticks to its retainers still rocks, with a speed that changes its sign; one that rolls turns on.
+    A rotor that sticks to its retainers still rocks, with a speed that changes its sign; one that rolls keeps turning.
     """
     speed = signal(after, "speed")
     if speed is None or not speed[0]:

@@ -61,14 +61,13 @@ class Verdict:
     Attributes
     ----------
     word
-        `recovered`: the rotor touched, and has been free of contact for five cycles. `trapped`: it touches in the
-        last cycle, ten turns or more after the last change of what excites it, see `contact_history.recovery`.
-        `undecided`: the run ends too early for either.
-        `rolled`: it rolls on a site at the end. `landed`: it touched after all magnets lost their power, which is
-        still off. `stator`: it touched the stator of a magnetic bearing, whatever followed. `levitated`: it never
-        touched, or not after the disturbance; `free` is that of a rotor without magnets, or without power at the end.
-        `unstable`: its orbit grows, or its amplifiers stay at their limits or bound a vibration of its own. `failed`
-        and `interrupted`: the run broke off. `completed`: contact was not recorded.
+        `recovered`: the rotor touched, and has been free of contact for five cycles. `trapped`: it touches in the last
+        cycle, ten turns or more after the last change of its excitation, see `contact_history.recovery`. `undecided`:
+        the run ends too early for either. `rolled`: it rolls on a site at the end. `landed`: it touched after all
+        magnets lost their power, which is still off. `stator`: it touched the stator of a magnetic bearing at any time.
+        `levitated`: it never touched, or not after the disturbance; `free` is the same for a rotor without magnets, or
+        without power at the end. `unstable`: its orbit grows, or its amplifiers stay at their limits or bound a
+        vibration of its own. `failed` and `interrupted`: the run broke off. `completed`: contact was not recorded.
     sentence
         The reason, with its values.
     facts
@@ -114,7 +113,7 @@ def verdict(dataset: Signals, fall: Touchdown | None = None) -> Verdict:
 
 
 def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tuple[Word, str]:
-    """Return the word and the sentence of a run whose last contact is in cycle `last`, None without any."""
+    """Return the word and the sentence of a run whose last contact is in cycle `last`, or None."""
     outcome = Outcome(*json.loads(dataset.attrs["outcome"])) if "outcome" in dataset.attrs else None
     if outcome is not None and outcome.status == "failed":
         return "failed", f"{outcome.component} at t = {outcome.time:.6g} s: {outcome.reason}"
@@ -201,7 +200,7 @@ def _touched_at_the_end(dataset: Signals, within: float = contact_history.RECOVE
 
 
 def _speed(dataset: Signals) -> tuple[str, str] | None:
-    """Return the spin speed; of one that changes the first and the last, or else the lowest and the highest."""
+    """Return the spin speed; if it changes, the first and the last, or else the lowest and the highest."""
     unit, Omega = speed_unit(), speed(dataset)[cycles(dataset) >= 0.0]
     if not len(Omega):
         return None

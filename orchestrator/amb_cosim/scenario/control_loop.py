@@ -74,8 +74,8 @@ def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, 
 def exciting_components(system: System) -> list[str]:
     """Return the components that supply signals and receive none of the rotor's lateral motion.
 
-    A generator of test forces is one, also if it reads the speed. A drive and a sensor of speed or angle are none: they
-    pass on the rotation alone.
+    A generator of test forces is such a component, even if it reads the speed. A drive and a sensor of speed or angle
+    are not, because they pass on only the rotation.
     """
     ends = [(system.split(link.source), system.split(link.target)) for link in system.connections]
     links = {(sender, receiver) for (sender, a), (receiver, b) in ends if not is_rotation(a) and not is_rotation(b)}

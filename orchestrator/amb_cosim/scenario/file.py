@@ -35,7 +35,7 @@ ENDS = frozenset(("end_cycle", "end_time"))  # keys that exclude each other
 
 
 def packaged_scenarios() -> dict[str, Path]:
-    """Return the files of the packs' scenarios, by name; not those that only serve as a base, which begin with `_`."""
+    """Return the files of the packs' scenarios, by name, except those that begin with `_`, which are only bases."""
     return {name: file for name, file in files_of("scenarios").items() if not name.startswith("_")}
 
 
@@ -96,7 +96,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
 
 
 def _check_tables_of_components(data: dict[str, Any]) -> None:
-    """Raise a ValueError unless parameters and inputs, which a derived file may change or remove, have tables alone."""
+    """Raise a ValueError unless parameters and inputs, which a derived file may change or remove, have only tables."""
     for key in OF_COMPONENTS:
         if not isinstance(components := data.get(key, {}), dict):
             raise ValueError(f"{key} = {components!r} is not allowed; it must be a table")
@@ -138,7 +138,7 @@ def with_speed_units(data: dict[str, Any]) -> dict[str, Any]:
 def with_paths(data: dict[str, Any], place: Callable[[str], str], source: Path | None = None) -> dict[str, Any]:
     """Return a scenario's data with `place` applied to every path; names from packs and models are unchanged.
 
-    A name that several packs have becomes the path of its file in that pack which has the file `source` of the data.
+    A name that several packs use becomes the path of its file in the pack that contains the file `source` of the data.
     """
 
     def placed(key: str, value: Any) -> Any:

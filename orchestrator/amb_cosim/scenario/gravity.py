@@ -81,7 +81,7 @@ def set_gravity(missing: MissingParameters, scenario: Scenario) -> list[str]:
 
 
 def _thrust(scenario: Scenario) -> str:
-    """Return the thrust disc of a tilted rotor, with which it moves along its shaft; empty without one."""
+    """Return the thrust disc of a tilted rotor, with which it moves along its shaft; empty if there is none."""
     if not tilt_of(scenario.tilt):
         return ""
     from rotor_analysis.rotor_file import load_rotor

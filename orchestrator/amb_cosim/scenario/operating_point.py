@@ -21,7 +21,7 @@ LINEAR = 0  # of force_law: constants from the geometry
 
 @dataclass(frozen=True)
 class MissingParameters:
-    """Values of parameters, of which those not in `stated` may still be set."""
+    """Values of parameters; those not in `stated` may still be set."""
 
     values: Assignments
     stated: Collection[str]
@@ -74,15 +74,15 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
 
 
 def set_test_force(missing: MissingParameters) -> None:
-    """Scale the test force of an identification by the force of the magnets over that of the actuator's start values.
+    """Scale the test force of an identification by the magnets' force relative to that of the actuator's start values.
 
     A(f) of `rolac_controller.excitation` suits the magnets of the start values. A test force in proportion to
 
         K_i I_b = k I_b^2/s_0^2,    k = 4 mu_0 N^2 A cos(phi)                                        (1)
 
-    without static load takes the same share of the currents of other magnets, and of their gap, since K_s is about
-    K_i I_b/s_0. The weakest axis decides. Measured magnets have their K_i. Magnets within a factor of `LARGEST_RATIO`
-    keep A(f).
+    without static load takes the same share of the currents of other magnets, and of their gap, since K_s is about K_i
+    I_b/s_0. The weakest axis decides. For measured magnets, K_i is the measured one. Magnets within a factor of
+    `LARGEST_RATIO` keep A(f).
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def _slopes(bearing: str, axis: str, of_axis: Mapping[str, float], law: int) -> 
 
 
 def _set_if_allowed(missing: MissingParameters, name: str, value: float) -> None:
-    """Set a parameter unless the user has set it, or the controller lacks it, has this value, or does not allow it."""
+    """Set a parameter unless the user has set it, or the controller lacks it, does not allow it, or has this value."""
     port = missing.values.interfaces[CONTROLLER].ports.get(name.removeprefix(f"{CONTROLLER}."))
     if port is None or math.isclose(missing.values.parameter(name), value):
         return

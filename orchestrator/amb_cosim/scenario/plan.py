@@ -44,7 +44,7 @@ ANGLE = "initial.angle"  # parameter of a rotor, its angle at the start
 
 @dataclass(frozen=True, kw_only=True)
 class ScenarioPlan(Plan):
-    """The plan of a scenario, which it contains."""
+    """The plan of a scenario, together with the scenario."""
 
     scenario: Scenario
 
@@ -60,7 +60,7 @@ class ScenarioPlan(Plan):
 
     @property
     def profile(self) -> tuple[tuple[int, float], ...]:
-        """Points (communication point, rad/s) that the speed is linear between; empty where it is constant."""
+        """Points (communication point, rad/s) that the speed is linear between; empty if it is constant."""
         return next((ramp.points for ramp in self.ramps if ramp.variable == SPEED), ())
 
 
@@ -84,7 +84,7 @@ def scenario_plan(
         End of the run from the beginning of cycle 0, in s or with its unit, in place of the scenario's. It is rounded
         to whole steps, with a notice.
     recorded
-        Patterns of all that is recorded, in place of those that scenario, summary and figures require.
+        Patterns of all recorded variables, in place of those that scenario, summary and figures require.
     first
         The `start_of` of the same scenario and settings, with any events, if they are known.
 
@@ -178,10 +178,10 @@ def _events_after(scenario: Scenario, end: float, period: float) -> tuple[str, .
 def _release(
     scenario: Scenario, values: Assignments, events: Sequence[InputChange], marks: Mapping[str, float]
 ) -> list[InputChange]:
-    """Hold the speed of a free spin, and return the change that ends this: at the first event, at cycle 0 without one.
+    """Hold the speed of a free spin, and return the change that ends this, at the first event or else at cycle 0.
 
     A motion that settles under a drive with a limit would not begin at the speed of the scenario. A speed that changes
-    counts as an event, and so does what is marked. Scenarios that set `drive.ideal` are left as they are.
+    counts as an event, and so do marked changes. Scenarios that set `drive.ideal` are left as they are.
     """
     ideal = f"{PLANT}.{IDEAL}"
     if PLANT not in values.interfaces or IDEAL not in values.interfaces[PLANT].ports:
@@ -218,7 +218,7 @@ class ScenarioStart:
 
 
 def start_of(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None) -> ScenarioStart:
-    """Return the start of a scenario; arguments and errors as of `scenario_plan`.
+    """Return the start of a scenario; arguments and errors as for `scenario_plan`.
 
     In Jacobi order, a controller that can predict does so over the delay, unless a value is set. Texts of `settings`
     without a unit that are far from the scenario's values are refused.
@@ -261,7 +261,7 @@ def _essential(places: RotorPlaces) -> tuple[str, ...]:
 
 
 def _contact(places: RotorPlaces) -> dict[str, OverStep]:
-    """Return what variables are of a step that figures of contact require at every step, also of a decimated record."""
+    """Return how variables that figures of contact require at every step, even of a decimated record, summarise it."""
     sampled = ("f_n", "mode", "whirl_speed", "race_speed", "friction_power", "heat")
     of_sites: dict[str, OverStep] = {
         "f_n_peak": "largest",
@@ -279,7 +279,7 @@ def _contact(places: RotorPlaces) -> dict[str, OverStep]:
 def _scaled(
     variables: Mapping[str, Mapping[str, Raw]], scenario: Scenario, values: Assignments, only: str | None = None
 ) -> list[tuple[str, Raw]]:
-    """Return names and values of inputs, lacking ones too; unbalances (kg m) times the factor of the scenario."""
+    """Return names and values of inputs, including missing ones; unbalances (kg m) times the factor of the scenario."""
     scaled: list[tuple[str, Raw]] = []
     for component, table in variables.items():
         for variable, raw in table.items():

@@ -61,7 +61,7 @@ def implausible_sizes(assembly: Assembly) -> list[str]:
 
 
 def implausible_unbalances(plan: Plan) -> list[str]:
-    """Return a sentence for the largest unbalance of each rotor whose balancing grade no rotor in bearings has.
+    """Return a sentence for the largest unbalance of each rotor whose balancing grade is implausible.
 
         G = e Omega,   e = u/m     (ISO 21940-11)
 

@@ -248,7 +248,8 @@ def checked_speed(speed: float, written: Raw = 0.0) -> float:
     Raises
     ------
     ValueError
-        With the speed as `written`, if it is negative or not finite, or if that is a text without a unit.
+        If the speed is negative or not finite, or is `written` as a text without a unit; the message quotes it as
+        `written`.
     """
     require_speed_unit(written)
     shown = stated(f"{speed:g} rad/s", written)
@@ -292,7 +293,7 @@ def scenarios() -> dict[str, str]:
 
 
 def load_scenario(name: str | None = None) -> Scenario:
-    """Read the scenario called `name`, or the TOML file at that path; the default of the packs without a name.
+    """Read the scenario called `name`, or the TOML file at that path; without a name, the default of the packs.
 
     A file with a `base`, the name or path of another one, contains only the differences; see `file`.
 

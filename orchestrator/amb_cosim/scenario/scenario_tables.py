@@ -56,7 +56,7 @@ class _Named(Table):
 
     @property
     def name(self) -> str:
-        """Its label or, without one, its role; empty without both."""
+        """Its label or, if it has none, its role; empty if it has neither."""
         return self.label or self.role or ""
 
 

@@ -114,8 +114,8 @@ def set_stators(values: Assignments, bearings: Sequence[str], assigned: Iterable
     bearings
         Those with such a site. The values of a site that the rotor declares itself stay as they are.
     assigned
-        Names and patterns, `component.variable`, of all parameters that a user has set. Patterns that other sites
-        match, too, are meant for these alone.
+        Names and patterns, `component.variable`, of all parameters that a user has set. Patterns that also match other
+        sites are meant for those sites only.
     """
     names = [port.name for port in values.interfaces[PLANT].of("parameter")]
     sites = {stator_site(bearing): bearing for bearing in bearings}

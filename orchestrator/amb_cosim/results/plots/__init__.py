@@ -50,15 +50,15 @@ class Plots:
         self._dataset = dataset
 
     def orbits(self) -> Figure:
-        """Draw the path of the rotor centre at bearings and other sites touched, coloured by part of the run."""
+        """Draw the path of the rotor centre at bearings and other touched sites, coloured by part of the run."""
         return figure(self._dataset, "orbits")
 
     def displacement(self) -> Figure:
-        """Draw radial displacement over clearance at the same places, and the spin speed where it changes."""
+        """Draw radial displacement over clearance at the same places, and the spin speed if it changes."""
         return figure(self._dataset, "displacement")
 
     def contact(self) -> Figure:
-        """Draw the normal contact force at each site touched, each on its own scale, and when it is in contact."""
+        """Draw the normal contact force at each touched site, each on its own scale, and when it is in contact."""
         return figure(self._dataset, "contact")
 
     def whirl(self) -> Figure:
@@ -161,7 +161,7 @@ def draw_all(dataset: Signals, folder: Path) -> list[Path]:
 
 
 def chosen(dataset: Signals) -> list[str]:
-    """Return the names of the figures that the scenario requests and the run allows, or by default of those that suit.
+    """Return the names of the figures that the scenario requests, by default those that suit, if the run allows them.
 
     Orbits overlap while the speed changes; whirl is of interest if the rotor rolls on a bearing. The figure of a
     touchdown contains its own orbits.
@@ -193,7 +193,7 @@ def _is_touched(dataset: Signals) -> bool:
 
 
 def _has_magnets(dataset: Signals) -> bool:
-    """Return whether a current or a force of a magnetic bearing was recorded that is not zero all the time."""
+    """Return whether a current or force of a magnetic bearing that is not always zero was recorded."""
     return any(map(partial(is_magnetic, dataset), places(dataset).magnets))
 
 

@@ -61,7 +61,7 @@ def orbit_labels(dataset: Signals, unit: str) -> tuple[str, str]:
 
 
 def mark_axes(panel: Axes, dataset: Signals) -> None:
-    """Write at the edge of an orbit that was turned upright where x and y of the magnets point."""
+    """Write at the edge of an orbit that was turned upright in which directions x and y of the magnets point."""
     if upright(dataset) == 1.0:
         return
     limit = panel.get_xlim()[1]
@@ -82,7 +82,7 @@ def speed_is_drawn(dataset: Signals) -> bool:
 
 @dataclass(frozen=True)
 class Station:
-    """A place on the rotor whose motion is drawn: a bearing, or a contact site, which is its `site` too."""
+    """A place on the rotor whose motion is drawn: a bearing, or a contact site, which is then also its `site`."""
 
     title: str
     place: str
@@ -140,8 +140,8 @@ def at_time(dataset: Signals, time: float) -> float:
 def fall_interval(dataset: Signals, times: Array | None = None) -> tuple[float, float] | None:
     """Return the limits of the time axis between which the first impacts of a fall are enlarged.
 
-    None of a run without a fall, or of which this part is nearly the whole or has too few samples for a curve. The
-    samples are those of the data set, unless the curves have others.
+    The result is None for a run without a fall, or if this part is nearly the whole run or has too few samples for a
+    curve. The samples are those of the data set, unless the curves have others.
     """
     first, times = first_impacts(dataset), time_values(dataset) if times is None else times
     if first is None:
@@ -189,7 +189,7 @@ def label_time_axis(axes: Axes, dataset: Signals) -> None:
 
 
 def event_times(dataset: Signals) -> dict[str, float]:
-    """Return the place on the time axis of disturbance, relief and the start of ROLAC, within the axis' limits."""
+    """Return the positions of disturbance, relief and the start of ROLAC on the time axis, within its limits."""
     begin, end = _time_limits(dataset)
     event_cycles = {event_name(dataset, role): dataset.attrs.get(f"{role}_cycle") for role in ROLES}
     event_cycles["ROLAC"] = switched_on(dataset)

@@ -42,9 +42,10 @@ MODES = ("free", "sliding", "rolling")
 
 
 def contact(dataset: Signals) -> Figure:
-    """Draw the normal contact force at each site touched, each on its own scale, and when the rotor is in contact.
+    """Draw the normal contact force at each touched site, each on its own scale, and when the rotor is in contact.
 
-    The first impacts of a fall, or large forces that last shortly, are enlarged beside, with the values of every step.
+    The first impacts of a fall, or large forces of short duration, are enlarged beside them, with the values of every
+    step.
     """
     forces, steps = touched_sites(dataset), at_every_step(dataset)
     ratios = (*[3.0] * len(forces), 0.4 * (len(touchable(dataset)) + 1))
@@ -98,7 +99,7 @@ def _around(times: Array, interval: tuple[float, float]) -> slice:
 
 
 def _zoom(dataset: Signals, forces: dict[str, SiteForce], times: Array) -> tuple[float, float] | None:
-    """Return the limits of the time axis of what is enlarged: the first impacts of a fall, or large forces."""
+    """Return the limits of the enlarged part on the time axis: the first impacts of a fall, or large forces."""
     if touchdown(dataset) is not None:
         return fall_interval(dataset, times)
     return large_forces(
@@ -128,7 +129,7 @@ def _draw_column(
 
 
 def whirl(dataset: Signals) -> Figure:
-    """Draw the whirl speed at each site touched, with spin speed and rolling speed, and the mode of contact.
+    """Draw the whirl speed at each touched site, with spin speed and rolling speed, and the mode of contact.
 
     The axis covers the whirl of the rotor; a distant rolling speed is written instead of drawn.
     """

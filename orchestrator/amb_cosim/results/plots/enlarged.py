@@ -23,9 +23,9 @@ Interval = tuple[float, float]
 
 
 def first_impacts(dataset: Signals) -> Interval | None:
-    """Return the times (s) of the first 50 ms of a fall, with its first impacts; None of a run without a fall.
+    """Return the times (s) of the first 50 ms of a fall, with its first impacts; None for a run without a fall.
 
-    A contact without a fall before it, as in a shock, is shown from shortly before its first touch on, too.
+    A contact that no fall precedes, as in a shock, is also shown, from shortly before its first touch.
     """
     fall, steps = touchdown(dataset), at_every_step(dataset)
     contact, times = in_contact(steps), steps["time"].values
@@ -38,7 +38,7 @@ def first_impacts(dataset: Signals) -> Interval | None:
 
 
 def large_forces(times: Array, forces: list[Array]) -> Interval | None:
-    """Return the times around the large forces where they are but a small part of the run.
+    """Return the times around the large forces if they are only a small part of the run.
 
     Forces above `LARGE` of the largest are large. If they last longer, the first of `MANY` or more contacts are shown.
     """

@@ -62,9 +62,9 @@ BELOW = 0.45  # part of the panel of heights below its inset
 def touchdown(dataset: Signals) -> Figure:
     """Draw the orbit at each station in its retainer, and below, over time, heights, speeds, heat and temperatures.
 
-    A rotor with faces has its gaps along the shaft, too. Heights, which need gravity across the shaft, are those in the
-    bearings with retainers; without it their gaps are drawn. An inset enlarges the first impacts; the orbit until their
-    end is dark. Titles of orbits name whirl and largest force.
+    For a rotor with faces, the gaps along the shaft are drawn, too. Heights, which require gravity across the shaft,
+    are drawn for the bearings with retainers; without gravity, their gaps are drawn. An inset enlarges the first
+    impacts; the orbit until their end is dark. Titles of orbits name whirl and largest force.
     """
     drawn, result = [station for station in stations(dataset) if station.site], places(dataset)
     retainers = {**result.retainers, **result.second}
@@ -171,14 +171,14 @@ def _reach(dataset: Signals, station: Station) -> float:
 
 
 def _offset(dataset: Signals, site: str) -> Array:
-    """Return the place of a retainer at rest to the right and upwards, shape (2,) (m)."""
+    """Return the position of a retainer at rest to the right and upwards, shape (2,) (m)."""
     values = parameters(dataset)
     offset = np.array([[float(values.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
     return turned_upright(dataset, offset)[:, 0]
 
 
 def _seen(dataset: Signals, station: Station) -> Array:
-    """Return the place of the journal to the right and upwards, for an observer at rest, shape (2, n) (m)."""
+    """Return the position of the journal to the right and upwards, for an observer at rest, shape (2, n) (m)."""
     return turned_upright(dataset, station.path(dataset) + centre(dataset, station.place))
 
 

@@ -40,7 +40,7 @@ class SiteForce:
 
     @property
     def highest(self) -> float:
-        """The end of an axis for this force (N), which holds the marked number; peaks may be higher."""
+        """The end of an axis for this force (N), which contains the marked number; peaks may be higher."""
         return max(min(self.highest_peak, REACH * self.marked[1]), self.marked[1])
 
     @property
@@ -62,7 +62,7 @@ def site_force(dataset: Signals, site: str) -> SiteForce | None:
 
 
 def draw_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None:
-    """Draw forces over their times, each in its colour, on one scale that holds the marked numbers."""
+    """Draw forces over their times, each in its colour, on one scale that contains the marked numbers."""
     end = _end_of(forces)
     unit = force_unit(end)
     top = ROOM * end / unit.size

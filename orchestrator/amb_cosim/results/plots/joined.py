@@ -1,4 +1,4 @@
-"""The line that joins the samples of an orbit: an arc in contact, none where samples are too far apart to know it."""
+"""The line that joins the samples of an orbit: an arc in contact, no line where samples are too far apart."""
 
 from __future__ import annotations
 
@@ -74,7 +74,8 @@ def joined(
     clearance
         In the unit of the path.
     turned
-        Angle (rad) of whirl from each sample to the next, if known, shape (n - 1,); without it, arcs are the shorter.
+        Angle (rad) of whirl from each sample to the next, if known, shape (n - 1,); without it, the shorter arcs are
+        drawn.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Figures of the rotor's motion: orbits at bearings and other sites touched, and their radius over the run."""
+"""Figures of the rotor's motion: orbits at bearings and other touched sites, and their radius over the run."""
 
 from __future__ import annotations
 
@@ -99,8 +99,8 @@ def displacement(dataset: Signals) -> Figure:
     """Draw the radius of the motion at each station over its clearance, and below it the speed where it changes.
 
     Motion that is small compared with its clearance, or that has no clearance, is drawn as a length. A fall, in which
-    the radius is the clearance from the landing on, is drawn as height or gap, with its first impacts enlarged. The
-    gaps of faces are below the others.
+    the radius equals the clearance after the landing, is drawn as height or gap, with its first impacts enlarged. The
+    gaps of faces are drawn below the others.
     """
     drawn, changing, zoom = stations(dataset), speed_is_drawn(dataset), fall_interval(dataset)
     along = touchdown(dataset) is not None and bool(places(dataset).faces)
@@ -159,12 +159,12 @@ def _draw_column(panels: NDArray[np.object_], dataset: Signals, drawn: list[Stat
 
 
 def _is_small(reach: float, clearance: float) -> bool:
-    """Return whether a motion is too small to be seen within its clearance, or has none."""
+    """Return whether a motion is too small to be seen within its clearance, or has no clearance."""
     return reach < SMALL_MOTION * clearance or clearance == 0.0
 
 
 def _draw_speed(panel: Axes, dataset: Signals) -> None:
-    """Draw the spin speed on an axis that holds its changes, not zero."""
+    """Draw the spin speed on an axis that covers its changes but not zero."""
     speeds = speed_unit().of(speed(dataset))
     panel.plot(time_values(dataset), speeds, color="black")
     panel.set_title("Spin speed", loc="left")

@@ -27,9 +27,9 @@ MOST_NAMED = 8  # curves of a panel that its legend names
 
 
 def traces(selection: Selection) -> Figure:
-    """Draw variables over the cycles, or the time where the speed changes; a panel for each unit, its curves named.
+    """Draw variables over the cycles, or over time if the speed changes, with a panel of named curves for each unit.
 
-    Those of a system without a scenario, which has no cycles, are drawn over time.
+    Variables of a system without a scenario, which has no cycles, are drawn over time.
     """
     dataset, panels_of = finite_signals(selection.dataset)[0], _by_unit(selection)
     figure = StyledFigure(figsize=(7.6, 1.0 + 2.2 * len(panels_of)), layout="constrained")

@@ -54,7 +54,7 @@ def turns(dataset: Signals) -> Figure:
 
 
 def whirl_direction(path: Array) -> str:
-    """Return `forward whirl` or `backward whirl` by the area that a motion, shape (2, n), encloses; `to and fro`.
+    """Return `forward whirl`, `backward whirl` or `to and fro`, by the area that a motion, shape (2, n), encloses.
 
     The motion is to and fro if the area is less than 5 % of that of a circle of the same size.
     """
