@@ -44,7 +44,7 @@ class Composite:
     Raises
     ------
     ValueError
-        If a name is not that of an output or input of a part, or an input is fed twice.
+        If a name is not the name of an output or input of a part, or an input is fed twice.
     """
 
     parts: tuple[AssembledModel, ...]

@@ -17,7 +17,7 @@ def no_kernel(*_: object) -> NoReturn:
 
 
 def model_for(composite: Composite, name: str, description: str) -> Model:
-    """Return the model of an assembly; its constants are those of its parts in order.
+    """Return the model of an assembly; its constants are the constants of its parts in order.
 
     Raises
     ------

@@ -167,7 +167,7 @@ def take_sample(
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Compute state and outputs at the start; arguments as of every model (`Model.initialise`)."""
+    """Compute state and outputs at the start; for the arguments see `Model.initialise`."""
     work[:] = 0.0
     outputs[:] = 0.0
     sizes = sizes_of(constants)

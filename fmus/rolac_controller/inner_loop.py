@@ -41,6 +41,6 @@ def inner_loop_of(constants: Array, sizes: Sizes) -> InnerLoop:
 
 @views
 def table_start(constants: Array, sizes: Sizes) -> int:
-    """Return the start of the table of receptances in the constants, after that of the inner loop."""
+    """Return the start of the table of receptances in the constants, which follows the table of the inner loop."""
     start = N_SIZES + sizes.n_axes
     return start + 1 + int(constants[start]) * (N_KEY + 2 * sizes.n_axes * sizes.n_sensors)

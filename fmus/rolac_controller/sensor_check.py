@@ -1,4 +1,4 @@
-"""Detection of faulty sensors: those whose reading is constant for a revolution in which others change."""
+"""Detection of faulty sensors, whose reading stays constant for a revolution while others change."""
 
 from __future__ import annotations
 

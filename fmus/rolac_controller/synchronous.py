@@ -55,7 +55,7 @@ def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Wo
     state
         `U` and `olac` are changed.
     work
-        Its `status` is that of `permitted_status`, and becomes NO_H if H is missing for a harmonic. Receives
+        Its `status` comes from `permitted_status`, and becomes NO_H if H is missing for a harmonic. Receives
         `extrapolated`, which says whether H belongs to the nearest speed, and `force_limited`.
     table
         Table in use.

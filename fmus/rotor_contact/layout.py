@@ -312,7 +312,7 @@ def load_sites(states: Records, scratch: Scratch) -> None:
 def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
     """Store the results of a step: modes and heat in the states, energies of impacts in the energy integrals of z.
 
-    z is a row of `Workspace.stages`; its site integrals are those of the step.
+    z is a row of `Workspace.stages`; it contains the site integrals of the step.
     """
     integrals = energy_integrals(z, n)
     for k in range(sites.shape[0]):

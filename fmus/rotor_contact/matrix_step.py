@@ -3,8 +3,8 @@
 At a constant speed, a whole step is one product if nothing happens in it (`exact_motion`). Otherwise a piece covers a
 step, a half, a quarter and so on, and begins where the last one ended. If its forces are not smooth, a shorter one is
 tried; after a smooth one, twice its length. If a contact event occurs in it, or the step ends before it does, it is cut
-there (`piece_cut`), provided that it is short enough for a series of its motion; else shorter ones lead up to the
-event. `substeps` integrates where the shortest piece cannot be solved, and contact under a force law, which the
+there (`piece_cut`), provided that it is short enough for a series of its motion; otherwise shorter pieces lead up to
+the event. `substeps` integrates where the shortest piece cannot be solved, and contact under a force law, which the
 matrices do not know, to the end of the step.
 """
 
@@ -189,7 +189,7 @@ def choose_matrices(
 ) -> bool:
     """Build and choose the matrices of a step, at a constant speed or around it; return whether they can be used.
 
-    Those around a constant speed are built early only for a spin that may be released.
+    The matrices around a constant speed are built early only for a spin that may be released.
     """
     motion, speed = w.motion, constant.speed[0]
     is_constant = w.spin[0].row < 0 and motion.Omega_dot == 0.0
@@ -342,7 +342,7 @@ def is_slow(w: Workspace, h: float) -> bool:
 
 @kernel
 def angle_and_speed_after(w: Workspace, z: Array, theta: float, Omega: float, h: float) -> tuple[float, float]:
-    """Return angle (rad) and speed (rad/s) after a time h (s): prescribed, or those of the state z there."""
+    """Return angle (rad) and speed (rad/s) after a time h (s): prescribed values, or those of the state z there."""
     row = w.spin[0].row
     if row >= 0:
         return z[row], z[w.n + row]

@@ -37,7 +37,7 @@ def write_outputs(
 ) -> None:
     """Write all outputs from the state `x`; `Omega` (rad/s) is the present spin speed.
 
-    `step_size` (s) is that of the last step, 0 at the start.
+    `step_size` (s) is the length of the last step, 0 at the start.
     """
     n, sites = w.n, w.sites
     q = x.z[:n]

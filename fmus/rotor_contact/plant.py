@@ -85,8 +85,8 @@ TURN = 2.0 * math.pi
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
     """Set the rotor to its first angle, at rest in the centre or on its orbit; return a fault code.
 
-    Sites are free unless the orbit exceeds their clearance. Housings and races are at rest. The orbit is that in the
-    passive bearings; with magnetic bearings it would depend on forces that depend on it.
+    Sites are free unless the orbit exceeds their clearance. Housings and races are at rest. The orbit is computed for
+    the passive bearings; with magnetic bearings it would depend on forces that depend on it.
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
@@ -160,7 +160,7 @@ def step(
 ) -> int:
     """Advance the rotor by `step_size` (s) under constant inputs; return a fault code.
 
-    Outputs are those at the end of the step.
+    Outputs describe the end of the step.
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
@@ -254,7 +254,8 @@ def _method(solver: np.record, sites: Sites) -> float:
 def _work_of_jump(w: Workspace, Omega: float) -> float:
     """Return the work (J) of an ideal drive that changes the spin speed at once to `Omega` (rad/s).
 
-    It accelerates what rolls on the rotor, without slip and so without heat: the work is the gain of kinetic energy.
+    It accelerates everything that rolls on the rotor, without slip and so without heat: the work is the gain of kinetic
+    energy.
     """
     rolls = False
     for site in w.sites:

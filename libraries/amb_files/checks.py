@@ -1,4 +1,4 @@
-"""Checks of values, with messages that state what is allowed."""
+"""Checks of values, with messages that state the allowed values."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ T = TypeVar("T", bound=Hashable)
 
 
 def require(condition: bool, what: str, value: object, allowed: str) -> None:
-    """Raise a ValueError with the name `what`, its value and what is allowed, unless `condition` holds."""
+    """Raise a ValueError with the name `what`, its value and the allowed values, unless `condition` holds."""
     if not condition:
         raise ValueError(f"{what} = {value} is not allowed; it must be {allowed}")
 

@@ -1,7 +1,7 @@
 """Reads CSV tables as tools and spreadsheets of any country save them.
 
-Columns are separated by commas, semicolons or tabs. Numbers have decimal points, or decimal commas throughout, as in
-a German spreadsheet. An ambiguous number is refused: `1,500` alone may be 1500 or 1.5.
+Columns are separated by commas, semicolons or tabs. Numbers have decimal points, or decimal commas throughout, as in a
+German spreadsheet. An ambiguous number is refused: `1,500` by itself may be 1500 or 1.5.
 
 Lines that begin with `#` or `%` are comments. If the first other line contains numbers, the headings are in the last
 comment above it, as `numpy.savetxt` writes them.
@@ -91,7 +91,8 @@ def read_numbers(
 ) -> tuple[list[str], Numbers]:
     """Return the headings of a table and its numbers, shape (rows, columns); other arguments and errors as `read_csv`.
 
-    A table of nothing but numbers with decimal points is read at once, in a tenth of the time and memory of its cells.
+    A table that contains only numbers with decimal points is read at once, in a tenth of the time and memory of its
+    cells.
 
     Parameters
     ----------

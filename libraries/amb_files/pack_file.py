@@ -80,7 +80,7 @@ def rotor_path(rotor: str | Path | None = None) -> Path:
     Parameters
     ----------
     rotor
-        Name of a rotor, such as `compressor`, or a path; default: that of the packs.
+        Name of a rotor, such as `compressor`, or a path; default: the default of the packs.
 
     Raises
     ------

@@ -10,7 +10,7 @@ are used by their names. The optional file `pack.toml` has the form of `PackFile
 add studies and commands.
 
 An application is a package of code above the orchestrator, declared in the group `amb_cosim.applications`. It adds
-studies and commands as packs do, and its module `listing` adds to what `amb-cosim list` lists.
+studies and commands as packs do, and its module `listing` adds entries to `amb-cosim list`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ ENDLESS = "it is not a regular file"  # a pipe or a device
 def endless_distributions() -> dict[str, str]:
     """Return each installed distribution whose `entry_points.txt` is a pipe or a device, with the reason.
 
-    Reading these may never end, and libraries read those of all distributions when they are imported.
+    Reading these may never end, and libraries read the files of all distributions when they are imported.
     """
     endless = (each for each in distributions() if _is_endless(each, "entry_points.txt"))
     return dict.fromkeys(map(_name_of, endless), ENDLESS)
@@ -75,7 +75,7 @@ def _name_of(distribution: Distribution | None) -> str:
 
 
 def pack_of(file: Path) -> str:
-    """Return the name of the pack that has a file in its folder or directly in a subfolder."""
+    """Return the name of the pack that contains a file in its folder or directly in a subfolder."""
     parents = file.parent, file.parents[1]
     return next((pack for pack, folder in packs().items() if folder in parents), file.parents[1].name)
 

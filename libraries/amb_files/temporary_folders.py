@@ -1,4 +1,4 @@
-"""Temporary folders that are removed with their process; a later process removes those of a killed process."""
+"""Temporary folders that are removed with their process; a later process removes the folders of a killed process."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ An invalid file raises a ValueError such as
     rotor file pump.toml: bodies[0].mass (impeller) = -1.0 kg is not allowed; it must be > 0 kg
     rotor file pump.toml: unknown key bodies[1].mas (seal); did you mean mass?
 
-Positions in brackets count from 0; the name in parentheses is that of the part, if it has one.
+Positions in brackets count from 0; the name in parentheses is the name of the part, if it has one.
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ Life, in revolutions that 90 % of bearings reach (G. Lundberg, A. Palmgren, 1947
     Q_c = 98.1 b_m (2f/(2f - 1))^0.41 (1 -+ g)^1.39/(1 +- g)^(1/3) (D/d_m)^0.3 D^1.8 Z^(-1/3)       N, D in mm
     L = 10^6 (Q_c/Q_e)^3,   g = D cos(alpha)/d_m,   upper signs for the inner race
 
-Q_e is the cubic mean of a row's loads on the race that rotates, the inner one, and the mean of power 10/3 on the other.
-The lives of races and rows combine by L^(-10/9) = sum of L_i^(-10/9).
+Q_e is the cubic mean of a row's loads on the race that rotates, the inner one; on the other race the mean has the power
+10/3. The lives of races and rows combine by L^(-10/9) = sum of L_i^(-10/9).
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ class BallBearing:
     def displacement(self, radial: float, axial: float = 0.0) -> Array:
         """Return the displacement (m), shape (3,), under a radial force towards a ball and an axial force (N).
 
-        The energy of the balls is a convex function of the displacement, so that there is one equilibrium.
+        The energy of the balls is a convex function of the displacement, so there is exactly one equilibrium.
 
         Raises
         ------

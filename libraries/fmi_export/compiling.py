@@ -22,7 +22,7 @@ def compiling(place: Path, what: str) -> Iterator[None]:
     Parameters
     ----------
     place
-        File or folder to make; the lock is beside it during the work.
+        File or folder to make; its lock file lies beside it during the work.
     what
         Description for the message of waiting processes.
     """

@@ -4,8 +4,8 @@
 
 **Functions without numba's run-time system, and without an entry for C** (`KERNEL_OPTIONS`, the options `_nrt` and
 `no_cfunc_wrapper` of `njit`). Allocating becomes a compilation error, and no time is spent on counting references to
-arrays. Without the first, kernels are correct but several times slower, and `building.native` refuses them, since they
-call that system. Without the second, compiling takes an eighth longer.
+arrays. Without the first, kernels are correct but several times slower, and `building.native` refuses them, because
+they call that system. Without the second, compiling takes an eighth longer.
 
 **The cache on disk** (`keep_cache_sound`, `compile_once`; `compile` and `_cache` of a dispatcher, its `_cache_file`). A
 truncated file in numba's cache, such as a full disk leaves, causes a traceback at every start. Processes that start
@@ -233,7 +233,7 @@ def _address(library: Any, name: str) -> int:
 
 
 def linked(library: Any) -> Any:
-    """Return the module of a library, linked with those of all libraries that it needs, whether optimised or not.
+    """Return the module of a library, linked with the modules of all libraries that it needs, whether optimised or not.
 
     A function inlined in one of them may be called in another later: everything is linked, then unused code is removed.
     """

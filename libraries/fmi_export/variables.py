@@ -77,7 +77,8 @@ class Variable:
     `warning` makes a Boolean output a warning: the text that is logged when it becomes true. `{name}` in it is replaced
     by that variable's value.
 
-    `over_step` says what an output is of a step: its value at the end, or the largest value, sum or mean over the step.
+    `over_step` says how an output summarises a step: its value at the end, or the largest value, sum or mean over the
+    step.
     """
 
     name: str

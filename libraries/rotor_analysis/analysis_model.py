@@ -54,7 +54,7 @@ def analysis_model(
     rotor
         Its description, with stiffness and damping of the bearings.
     mass
-        `consistent` or `diagonal`; by default that of the rotor.
+        `consistent` or `diagonal`; by default the rotor's.
     speeds
         Spin speeds (rad/s) of the analysis, shape (n,).
     count

@@ -87,7 +87,7 @@ class Matrices:
 
     @property
     def translations_first(self) -> list[int]:
-        """All rows, those of the translations first."""
+        """All rows, beginning with the rows of the translations."""
         first = [row for rows in self.translations.values() for row in rows]
         return first + [row for row in range(self.size) if row not in set(first)]
 
@@ -168,14 +168,14 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     rotor
         Its description.
     mass
-        `consistent` (from the static deflection) or `diagonal` (half the element at each end node); by default that of
-        the rotor.
+        `consistent` (from the static deflection) or `diagonal` (half the element at each end node); by default the
+        rotor's.
 
     Returns
     -------
     Matrices
-        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C, R and hysteresis come from
-        the rotor's `damping` alone.
+        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C, R and hysteresis come only
+        from the rotor's `damping`.
 
     Raises
     ------

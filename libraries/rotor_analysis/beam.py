@@ -17,7 +17,7 @@ from rotor_analysis.element import Element
 
 
 def shear_parameter(element: Element) -> float:
-    """Return Phi = 12 E I / (kappa G A L^2), the flexibility in shear over that in bending; 0 in Rayleigh's theory."""
+    """Return Phi = 12 E I / (kappa G A L^2), the flexibility in shear relative to bending; 0 in Rayleigh's theory."""
     if element.theory == "rayleigh":
         return 0.0
     shear = element.shear_coefficient * element.material.shear_modulus * element.area
@@ -48,7 +48,7 @@ def stiffness(element: Element) -> Array:
 def consistent_translational_mass(element: Element) -> Array:
     """Return the translational mass from the element's static deflection, shape (4, 4), kg and kg m.
 
-    The shape functions are Hermite cubics for Phi = 0 (Nelson and McVaugh 1976), those of Nelson 1980 with shear.
+    The shape functions are Hermite cubics for Phi = 0 (Nelson and McVaugh 1976), and with shear those of Nelson 1980.
     """
     L, phi = element.length, shear_parameter(element)
     if element.is_tapered:

@@ -69,7 +69,7 @@ def antinodes(shape: Array) -> list[tuple[int, slice]]:
 def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
     """Return for each lobe of a shape its antinode, counted from 0, its modal mass (kg), and its sign.
 
-    The modal mass is that of the rotor weighted by the shape:
+    The modal mass is the mass of the rotor weighted by the shape:
 
         m_l = sum over the nodes of lobe l of m_k |phi_k|                                         (2)
 
@@ -84,7 +84,7 @@ def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
 
 
 def _signs(shape: Array) -> Array:
-    """Return the signs of a shape; a zero has the sign of the position before it, a leading zero that of the next."""
+    """Return the signs of a shape; a zero has the sign of the position before it, leading zeros that of the next."""
     signs = np.sign(shape)
     nonzero = np.flatnonzero(signs)
     last = np.maximum(np.searchsorted(nonzero, np.arange(len(signs)), side="right") - 1, 0)

@@ -56,7 +56,7 @@ class HarmonicModel:
         nodes, then the centres of mass that lie off their nodes, in the order of the bodies (`harmonic_points`). The
         last row of a rotor with a thrust disc is its motion along the shaft, which is also its last coordinate.
     axial_mass
-        Mass (kg) of a rotor with a thrust disc; 0 without one.
+        Mass (kg) of a rotor with a thrust disc; 0 if there is none.
     """
 
     model: Matrices
@@ -104,7 +104,7 @@ class HarmonicModel:
         Raises
         ------
         ValueError
-            If a frequency is that of an undamped mode, or not finite.
+            If a frequency equals that of an undamped mode, or not finite.
         """
         require(bool(np.isfinite(omegas).all()), "omega", "not finite", "finite")
         stiffness = self.stiffness(omegas, Omega, forces)

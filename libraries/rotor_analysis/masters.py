@@ -1,4 +1,4 @@
-"""Choice of master planes: those of parts, and as many others as the first modes require."""
+"""Choice of master planes: the planes of parts, and as many others as the first modes require."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A mesh that is fine enough for the first modes: elements are divided if that changes a natural frequency."""
+"""A mesh that is fine enough for the first modes: elements are divided where this changes a natural frequency."""
 
 from __future__ import annotations
 

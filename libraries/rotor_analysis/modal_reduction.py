@@ -95,7 +95,7 @@ def space_with_residuals(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -
 
 
 def space_for_band(rotor: FreeRotor, highest: float, nodes: tuple[int, ...], accuracy: float) -> ShapeSpace:
-    """Return the smallest space with an accurate receptance between nodes, and of equals the least stiff one.
+    """Return the smallest space with an accurate receptance between nodes; of several such spaces, the least stiff one.
 
     Parameters
     ----------

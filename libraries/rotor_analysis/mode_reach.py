@@ -69,7 +69,7 @@ class ModeReach:
 
     @property
     def deciding(self) -> BearingReach:
-        """The bearing that drives the mode most, if a bearing does; otherwise that with the largest reach.
+        """The bearing that drives the mode most, if any does; otherwise the bearing with the largest reach.
 
         A bearing with a reach below -`REACHED` drives the mode: its law needs the opposite phase there.
         """

@@ -79,7 +79,7 @@ def modes(model: Matrices, Omega: float, count: int | None = None, omega: float 
     count
         Number of modes to return; all by default.
     omega
-        Frequency (rad/s) at which the hysteretic damping D is computed; by default that of each mode.
+        Frequency (rad/s) at which the hysteretic damping D is computed; by default the frequency of each mode.
 
     Raises
     ------

@@ -221,7 +221,7 @@ class Bearing(_Placed):
         """Return K (N/m), C (N s/m) and M (kg) of (1) at spin speed Omega (rad/s), shape (2, 2) each.
 
         Between two speeds of the table each coefficient stays between its values there (`interpolant`); outside the
-        table it is that of the nearest speed.
+        table it has the value at the nearest speed.
         """
         if not self.at_speed:
             return np.array(self.stiffness), np.array(self.damping), np.array(self.mass)

@@ -48,7 +48,7 @@ def receptance_error(rotor: Rotor) -> ReceptanceError | None:
 
     i and j are the planes of bearings and sites (`force_nodes`), of the undamped free rotor. The limit applies to the
     rotor at rest. Gyroscopic moments couple retained and omitted shapes, so that the error grows with the spin; S_i
-    stays that at rest. The result is None if a node has no inertia, because such a rotor has no plant.
+    remains the value at rest. The result is None if a node has no inertia, because such a rotor has no plant.
     """
     full, nodes, accuracy = assemble(rotor), force_nodes(rotor), rotor.reduction.accuracy
     if lacks_inertia(full.M, full.K):

@@ -79,7 +79,7 @@ def refined(
 
 
 def with_samples(x: Array, more: Iterable[float]) -> Array:
-    """Return x, ascending, with those of `more` that lie between its ends, such as the entries of a table."""
+    """Return x, ascending, with the values of `more` that lie between its ends, such as the entries of a table."""
     return np.sort(np.concatenate([x, _between(np.array(list(more), dtype=np.float64), x)]))
 
 
@@ -139,7 +139,7 @@ def _next_to_first(x: Array, h: Array) -> list[float]:
 
 
 def _fans(peaks: Sequence[tuple[float, float, float, float]], offsets: Array = FAN) -> Array:
-    """Return samples about peaks (position, half width, least and largest sample).
+    """Return samples about peaks (position, half width, smallest and largest sample).
 
     Of several peaks at about the same position, only the sharpest gets samples.
     """

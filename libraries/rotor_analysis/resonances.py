@@ -2,10 +2,10 @@
 
     D(Omega) q = Omega^2 (u, -i u),    D = H + i S with H and S Hermitian                         (1)
 
-At a critical speed an eigenvalue of H is zero: inertia and stiffness cancel in its shape v, whatever the unbalance, and
-S alone limits the motion. Eigenvalues of H in ascending order are continuous, so each change of sign between two speeds
-is a critical speed, even if several change at once. Near it (v* D v) is lambda' (Omega - Omega_0) + i v* S v, and the
-half width of the peak is
+At a critical speed an eigenvalue of H is zero: inertia and stiffness cancel in its shape v, for any unbalance, and only
+S limits the motion. Eigenvalues of H in ascending order are continuous, so each change of sign between two speeds is a
+critical speed, even if several change at once. Near it (v* D v) is lambda' (Omega - Omega_0) + i v* S v, and the half
+width of the peak is
 
     sigma = |v* S v|/|lambda'|                                                                    (2)
 """

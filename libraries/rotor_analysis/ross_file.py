@@ -18,7 +18,7 @@ from rotor_analysis.rotor import Rotor
 
 
 class ImportedRotor(NamedTuple):
-    """The content of a rotor file, notes on what differs from ROSS, and the magnetic bearings by name."""
+    """The content of a rotor file, notes on the differences from ROSS, and the magnetic bearings by name."""
 
     content: dict[str, Any]
     notes: list[str]
@@ -28,7 +28,7 @@ class ImportedRotor(NamedTuple):
 def read_ross(path: Path, frequency: float | None = None) -> ImportedRotor:
     """Return a rotor saved by ROSS as the content of a rotor file.
 
-    Its discs are planes of unbalance; it has no contact sites; its sensors are those of magnetic bearings.
+    Its discs are planes of unbalance; it has no contact sites; its sensors are the sensors of magnetic bearings.
 
     Parameters
     ----------
@@ -36,7 +36,8 @@ def read_ross(path: Path, frequency: float | None = None) -> ImportedRotor:
         The file.
     frequency
         Whirl frequency (rad/s) at which coefficients over frequency are evaluated, because a rotor file has them only
-        over speed. By default those of magnetic bearings are evaluated at the lowest frequency of their tables.
+        over speed. By default the coefficients of magnetic bearings are evaluated at the lowest frequency of their
+        tables.
 
     Raises
     ------

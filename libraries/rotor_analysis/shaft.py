@@ -136,7 +136,7 @@ class Shaft:
         return [ElementSection(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
 
     def _per_element(self, name: str) -> tuple[Any, ...]:
-        """Return the values of a field, a value per element; those at the other end default to those at the first."""
+        """Return the values of a field, one per element; values at the other end default to those at the first."""
         values = getattr(self, name) or ((None,) if name == "material" else getattr(self, name.removesuffix("_end")))
         return values * (len(self.nodes) - 1) if len(values) == 1 else values
 

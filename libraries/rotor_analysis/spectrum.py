@@ -39,7 +39,7 @@ OF_LOSS = 2.0  # times the loss factor: largest |Im lambda / lambda| that a comp
 
 
 def eigenvalues(model: Matrices, Omega: float) -> Complex:
-    """Return all eigenvalues (rad/s) of (1) at Omega (rad/s), shape (n,), with those of conjugate motion."""
+    """Return all eigenvalues (rad/s) of (1) at Omega (rad/s), shape (n,), including conjugate ones."""
     if model.hysteresis is None:
         return _with_zeros(_in_rad_per_s(eigvals(*_first_order(model, Omega))), model, Omega)
     values = eigenpairs(model, Omega)[0]
@@ -74,7 +74,7 @@ def slowest_eigenvalues(model: Matrices, Omega: float, count: int) -> Complex:
 def eigenpairs(model: Matrices, Omega: float, omega: float | None = None) -> tuple[Complex, Complex]:
     """Return eigenvalues (rad/s) and eigenvectors of (1), vectors in columns.
 
-    Those with Im lambda > 0 and the real ones are complete; hysteretic damping leaves out conjugate motion.
+    Eigenvalues with Im lambda > 0 and real ones are complete; hysteretic damping leaves out conjugate motion.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def oscillating(values: Complex) -> Bools:
 def _by_frequency(model: Matrices, loss: Hysteresis, Omega: float) -> tuple[Complex, Complex]:
     """Return the modes that are slower than the spin, those that are faster, and overdamped ones.
 
-    Near the spin speed a mode may be slower by one problem and not by the other. A lightly damped mode is therefore
+    Near the spin speed a mode may be slower in one problem and not in the other. A lightly damped mode is therefore
     taken from the problem of faster motion if it is not among the first n there, where n modes of the other problem are
     slower.
     """

@@ -65,7 +65,7 @@ def supported_rotor(
     rotor
         Its description, with stiffness and damping of the bearings.
     mass
-        `consistent` or `diagonal`; by default that of the rotor.
+        `consistent` or `diagonal`; by default the rotor's.
     planes
         Node numbers whose translations are retained; the full model by default.
 

@@ -28,7 +28,7 @@ def dac_of(chain: np.record) -> Converter:
 
 @kernel
 def within_converter(low: float, high: float, chain: np.record, dac: Converter) -> Limits:
-    """Return the limits of a demand and, if the DAC is on, those of the DAC."""
+    """Return the limits of a demand and, if the DAC is on, the limits of the DAC."""
     if dac.step == 0.0:
         return Limits(low, high)
     lowest = -chain.amplifier_gain * chain.dac_range

@@ -2,7 +2,7 @@
 
 ideal signal -> noise, faults -> anti-aliasing filter -> ADC -> reading
 
-An ideal signal is that of a sensor without noise and faults: the measured value times its scale.
+An ideal signal is the signal of a sensor without noise and faults: the measured value times its scale.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
                                 |---> z, F
 
 Each magnet has two ring-shaped poles of area A about the shaft, with the coil between them, and N turns. Its flux
-passes the gap twice, so that with ideal iron
+passes the gap twice, so with ideal iron
 
     B_+- = min(mu_0 N (I_0 +- i)/(2 (g_0 -+ z)), B_sat)                          (1)
     F = A/mu_0 (B_+^2 - B_-^2)                                                   (2)
@@ -96,7 +96,7 @@ class ThrustDisc:
 
     @property
     def largest_control_current(self) -> float:
-        """Largest control current (A): one coil at its limit, or the other one without current."""
+        """Largest control current (A): one coil reaches its limit, or the other one carries no current."""
         return min(self.bias_current, self.current_limit - self.bias_current)
 
     def flux_densities(self, z: Array | float, i: Array | float) -> tuple[Array, Array]:

@@ -105,7 +105,7 @@ def _pass_phase(
 
 @kernel
 def _longest(face: Face, mass: float, z: float, speed: float) -> float:
-    """Return the length (s) of a phase in which the ring of a pressed face is linear enough."""
+    """Return the length (s) of a phase in which the ring of a pressed face is sufficiently linear."""
     longest = LONGEST_PHASE / math.sqrt(face.stiffness / mass)
     delta, rate = penetration(face, z), -face.side * speed
     if face.lean > 0.0 and rate != 0.0:

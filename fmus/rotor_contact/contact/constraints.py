@@ -8,10 +8,10 @@ Every site has two unknowns, N_k and T_k, and two equations in every mode (4.27 
 
 r_k, v_k and a_k are displacement, velocity and acceleration of the journal relative to its retainer; the accelerations
 of a race and of a free spin belong to the left side of the last equation. The equation of N_k in contact is (4.15)
-divided by 2 r_k; that of T_k in rolling is (4.33). Free sites are omitted, and T_k of a sliding site is substituted, so
-the unknowns are N_k of the constrained sites and T_k of the rolling sites. The same equations, with other right-hand
-sides, give impulses (`impact`) and corrections (`project`). Compliant contacts (`compliant`) do not need these
-equations. For n, t and their signs see `site`.
+divided by 2 r_k; the equation of T_k in rolling is (4.33). Free sites are omitted, and T_k of a sliding site is
+substituted, so the unknowns are N_k of the constrained sites and T_k of the rolling sites. The same equations, with
+other right-hand sides, give impulses (`impact`) and corrections (`project`). Compliant contacts (`compliant`) do not
+need these equations. For n, t and their signs see `site`.
 """
 
 from __future__ import annotations
@@ -199,7 +199,7 @@ def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
 def put_on_circles(w: Workspace, q: Array) -> bool:
     """Project constrained sites onto the circle by the smallest mass-weighted change; return False if singular.
 
-    One Newton step suffices: it squares the error left by a substep.
+    One Newton step suffices, because it squares the error left by a substep.
     """
     size = _write_corrections(w, q)
     for site in w.sites:

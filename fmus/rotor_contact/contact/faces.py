@@ -197,7 +197,7 @@ def stored_in_face(face: Face, delta: float, lean: float) -> float:
 def pressure(face: Face, u_x: float, u_y: float, rate_x: float, rate_y: float) -> tuple[float, float, float]:
     """Return N c/R (N) in x and y at a lean u (rad) and its rate (rad/s), and the heat flow (W) of the dampers.
 
-    Depth and its rate are means over the time of a part in which the seat pushes; the heat is that of the lean.
+    Depth and its rate are means over the time of a part in which the seat pushes; the heat is due to the lean.
     """
     R, k, d = face.side * face.radius, face.stiffness / math.pi, face.damping / math.pi
     a_x, a_y, b_x, b_y = R * (u_x - face.seat_tilt_x), R * (u_y - face.seat_tilt_y), R * rate_x, R * rate_y

@@ -56,7 +56,8 @@ def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
     """Set the radial velocity of each touching node alone to zero (4.22, 4.23), and let it slide.
 
     This is the rule of the thesis, for fixed retainers. It does not conserve momentum: the rest of the rotor keeps its
-    velocity. The reported impulse is that of Newton's law for the same velocity change, without rebound and friction.
+    velocity. The reported impulse is the one that Newton's law gives for the same velocity change, without rebound and
+    friction.
     """
     stages = stages_of(w.stages)
     before = stages.before[: v.shape[0]]
@@ -83,7 +84,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
 
     v+ = v- - M^-1 J^T P with n . v+ = -e n . v- at touching sites, n . v+ = 0 at sites already closed, P >= 0 (sites
     that would be pulled are omitted), and a Coulomb impulse that opposes slip and cannot reverse it. The coefficient of
-    friction is that of the slip velocity before the impact.
+    friction is evaluated at the slip velocity before the impact.
 
     Parameters
     ----------
@@ -97,7 +98,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
     Notes
     -----
     If restitution and friction would create energy (possible with several coupled sites), the impact is repeated
-    without either. The energy includes what friction takes from the spin.
+    without them. The energy includes the energy that friction takes from the spin.
     """
     stages = stages_of(w.stages)
     before = stages.before[: v.shape[0]]

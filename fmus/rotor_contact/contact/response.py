@@ -45,7 +45,7 @@ def _add_response_of_shaft(Minv: Array, site: Site, normal: float, friction: flo
 
 @kernel
 def _add_response_of_bodies(w: Workspace, site: Site, normal: float, friction: float, target: Array) -> None:
-    """Add the effect on housing, race and spin, and that of the spin on the shaft."""
+    """Add the effect on housing, race and spin, and the effect of the spin on the shaft."""
     if site.housing >= 0:
         target[site.housing] += site.mobility * (normal * site.n_x + friction * site.n_y)
         target[site.housing + 1] += site.mobility * (normal * site.n_y - friction * site.n_x)

@@ -7,7 +7,7 @@
               +--------> x     v_slip = Omega R_s + t . v - omega_r (R_s + c)
 
 Displacement r and velocity v of the journal are relative to the retainer, which may move (`bodies`); omega_r is the
-speed of its race. Vectors cover all degrees of freedom: those of the shaft, then those of the bodies.
+speed of its race. Vectors cover all degrees of freedom: first those of the shaft, then those of the bodies.
 """
 
 from __future__ import annotations

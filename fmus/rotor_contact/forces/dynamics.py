@@ -28,7 +28,7 @@ class Excitation(NamedTuple):
     """Steady part, cosine part and sine part of forces (N) or of accelerations (m/s^2), shape (n,) each.
 
     Their sum is steady + A cosine + B sine, where A + i B = exp(i theta) (Omega^2 - i Omega') is the acceleration of a
-    unit unbalance. `without_magnets` is the steady part without that of the magnets.
+    unit unbalance. `without_magnets` is the steady part without the magnets' share.
     """
 
     steady: Array
@@ -128,7 +128,7 @@ def motion_of(
 
 @views
 def motion_at(motion: Motion, theta: float, Omega: float) -> Motion:
-    """Return the same motion at another angle and speed; its coefficients are still those of the step's beginning."""
+    """Return the same motion at another angle and speed; its coefficients still apply to the beginning of the step."""
     return Motion(
         motion.rows,
         motion.bearings,
@@ -152,7 +152,7 @@ def set_bearings(parameters: Parameters, motion: Motion) -> None:
 
 @kernel
 def add_magnetic_forces(inputs: Inputs, motion: Motion) -> None:
-    """Add the forces of the magnetic bearings to those of a motion.
+    """Add the forces of the magnetic bearings to the forces of a motion.
 
     Bearing force on the rotor, for each axis: F + k_xx (x - x_ref) - k_b x - c_b x'.
     """

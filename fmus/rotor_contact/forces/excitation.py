@@ -5,8 +5,8 @@ act as a_x b_x + a_y b_y. The unbalance u exp(i phi) (kg m) of a plane has a_x +
 
     f_x + i f_y = (A + i B) (a_x + i a_y),    A + i B = exp(i theta) (Omega^2 - i Omega')        (3.1 to 3.6)
 
-Order of the pairs: acceleration of the shaft (that of the base less gravity), of the housings (that of the base), force
-on each disc, unbalance of each disc, unbalance of each bearing's core.
+Order of the pairs: acceleration of the shaft (of the base, less gravity), acceleration of the housings (of the base),
+force on each disc, unbalance of each disc, unbalance of each bearing's core.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ def set_passive(bearing: np.record, source: np.record) -> None:
 
 @kernel
 def same_passive(bearing: np.record, reference: np.record, tolerance: float) -> bool:
-    """Return whether coefficients equal those of a reference bearing within the relative `tolerance`."""
+    """Return whether coefficients equal the coefficients of a reference bearing within the relative `tolerance`."""
     return is_near(bearing.k_b, reference.k_b, tolerance) and is_near(bearing.c_b, reference.c_b, tolerance)
 
 

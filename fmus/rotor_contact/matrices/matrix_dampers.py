@@ -9,8 +9,8 @@ beginnings of both halves (`matrix_rows`)
 
     D(2 T) = x' . H(T) x' + x'' . H(T) x''
 
-The lower triangle is stored, with elements off the diagonal doubled. For an isotropic rotor, rows for y are those for x
-with each pair turned by a right angle, as in P and S.
+The lower triangle is stored, with elements off the diagonal doubled. For an isotropic rotor, rows for y equal the rows
+for x with each pair turned by a right angle, as in P and S.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ def double_form_row(
     finer: Array,
     target: Array,
 ) -> None:
-    """Write a row of a form from the `finer` one of half its length; `second` is x'' due to a unit of x in this row."""
+    """Write a row of a form from the `finer` form of half its length; `second` is x'' due to a unit of x in it."""
     sizes, P = matrices.sizes[0], level_of(matrices, slot, level + 1).P
     n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
     forces, units = 2 * n + 4, rows_of_x(matrices)

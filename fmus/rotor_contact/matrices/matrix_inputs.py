@@ -1,4 +1,4 @@
-"""The rows and columns of the matrices that depend on the amplitudes of the inputs, from those for unit inputs.
+"""The rows and columns of the matrices that depend on the amplitudes of the inputs, from the rows for unit inputs.
 
 With the amplitudes a of `excitation`, row c of x, one of (1, 0, A, B), combines the rows of unit inputs u,
 
@@ -118,7 +118,7 @@ def _share(matrices: StepMatrices, c: int, unit: int) -> float:
 
 @noinline_kernel
 def _combine_columns(matrices: StepMatrices, slot: int, level: int) -> None:
-    """Write the columns of S that observe the unbalance (2); the combined rows follow from those of unit inputs."""
+    """Write the columns of S that observe the unbalance (2); the combined rows follow from the rows of unit inputs."""
     of_level, amplitudes = level_of(matrices, slot, level), matrices.amplitudes
     S, U, first = of_level.S, of_level.U, unbalances_of(matrices)
     at = place_index(int(matrices.sizes[0].n_ports), 1, -1)

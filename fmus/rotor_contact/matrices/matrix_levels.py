@@ -1,4 +1,4 @@
-"""Levels of the matrices, so many that the shortest piece is short enough for its Taylor series."""
+"""Levels of the matrices; there are so many that the shortest piece is short enough for its Taylor series."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def _is_isotropic(structure: Structure, motion: Motion, KC: Array) -> bool:
 
 @kernel
 def _are_turned(B_base: Array, B_disc: Array) -> bool:
-    """Return whether all unit forces along y are those along x, turned by a right angle."""
+    """Return whether all unit forces along y equal those along x turned by a right angle."""
     largest = unlike = 0.0
     for row in range(0, B_base.shape[0] + B_disc.shape[0], 2):
         b_x = B_base[row] if row < B_base.shape[0] else B_disc[row - B_base.shape[0]]

@@ -4,8 +4,8 @@
 
 M = (J q) . R (v - Omega J q) is the torque of the damping R that rotates with the shaft, which thus supplies -W to the
 motion; C_s is the damping of the seals, K_s' the skew part of their stiffness. With the energy that dampers take
-(`matrix_dampers`), the heat is that of all damping. The forms of the shortest piece follow from Lobatto's quadrature,
-and the others from doubling, as in that module.
+(`matrix_dampers`), this heat covers all damping. The forms of the shortest piece follow from Lobatto's quadrature, and
+the others from doubling, as in that module.
 """
 
 from __future__ import annotations

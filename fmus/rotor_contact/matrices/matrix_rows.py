@@ -1,4 +1,4 @@
-"""Rows of the matrices: the shortest level by Taylor series in time, the others by doubling.
+"""Rows of the matrices: the shortest level is found by Taylor series in time, the others by doubling.
 
 A piece of twice the length is two pieces in sequence. The cubic force over it is a cubic over either half, so
 with Y_i, the motion up to Lobatto point c_i of a piece of length T,

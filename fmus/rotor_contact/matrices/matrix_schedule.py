@@ -38,7 +38,7 @@ def steps_with_matrices(
 ) -> tuple[bool, float]:
     """Return whether the key of the matrices is unchanged, and for how many steps, up to a few more than 32.
 
-    `key` is updated. Each speed that has to be built on the way counts against `STEPS_PER_SPEED` steps, so fast speed
+    `key` is updated. Each speed that must be built in between counts against `STEPS_PER_SPEED` steps, so fast speed
     changes are integrated: building the matrices costs as much as about thirty steps.
     """
     same = is_near(step_size, key.step_size[0], STEP_TOLERANCE)

@@ -6,8 +6,8 @@ of d below, an error of g d h/4096, so that a level in use is interpolated once 
 bits as an interpolation in each product.
 
 Matrices are built for speeds m d apart. Those of the grid, d/4 apart, follow from the parabola through the nearest
-three that are built, at t of m d from the middle one, -1/2 <= t <= 1/2, and those between two speeds of the grid from
-the line through these,
+three that are built, at t of m d from the middle one, -1/2 <= t <= 1/2, and those between two speeds of the grid follow
+from the line through these,
 
     P(t) = t (t - 1)/2 P(-1) + (1 - t^2) P(0) + t (t + 1)/2 P(1),    errors (g m d h)^3/16 and (g d h/4)^2/8
 

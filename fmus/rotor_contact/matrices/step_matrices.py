@@ -10,9 +10,9 @@ the next,
 where 1 multiplies the steady non-magnetic forces, 0 the same turned by a right angle, so that x
 consists of pairs along x and y; A + i B is the direction of the unbalance. In addition to the ports, S observes
 cosine . q and sine . q, which give the unbalance's work and its torque on a free spin. These rows and columns depend on
-the present inputs: `matrix_inputs` combines them from those for unit inputs (`excitation`), which follow the n_x rows
-of x. Level l is for a piece of h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the series
-converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
+the present inputs: `matrix_inputs` combines them from the rows for unit inputs (`excitation`), which follow the n_x
+rows of x. Level l is for a piece of h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the
+series converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
 
 P and S depend on the speed: slots of memory hold them for speeds on a grid (`speed_grid`), and two for a constant
 speed, with the gradients of the magnets (`constant_speed`).
@@ -134,7 +134,7 @@ class StepMatrices(NamedTuple):
 
 
 class Level(NamedTuple):
-    """Matrices of a level; the rows for unit inputs follow those of x.
+    """Matrices of a level; the rows for unit inputs follow the rows of x.
 
     P, S
         Shapes (all_rows, 2 N) and (all_rows, n_columns).
@@ -229,7 +229,7 @@ def coefficients_at(matrices: StepMatrices, slot: int) -> SlotCoefficients:
 
 @views
 def inner_motion(matrices: StepMatrices, slot: int, level: int) -> InnerMotion:
-    """Return P up to the inner Lobatto points of a level; those of two levels at a time are stored."""
+    """Return P up to the inner Lobatto points of a level; only two levels at a time are stored."""
     n, rows = int(matrices.sizes[0].n), int(matrices.sizes[0].n_rows)
     at = place_of_slot(matrices, slot + 1) - (4 - 2 * (level % 2)) * rows * 2 * n
     return InnerMotion(

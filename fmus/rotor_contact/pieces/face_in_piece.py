@@ -1,7 +1,7 @@
 """Faces in a piece: forces of their seats at its Lobatto points, which depend on the motion there.
 
-They are known forces in a sweep, like those of magnets. Newton's method corrects them: with the slopes J of a seat's
-forces F by the motion, and the motion B F that they cause,
+In a sweep they are known forces, like the forces of magnets. Newton's method corrects them: with the slopes J of a
+seat's forces F by the motion, and the motion B F that they cause,
 
     (1 - J B) dF = F(motion) - F
 
@@ -178,7 +178,7 @@ def _motion_at(w: Workspace, matrices: StepMatrices, k: int, point: int) -> Face
 def observe_face_forces(
     w: Workspace, matrices: StepMatrices, around: LevelsAround, z: Array, Omega: float, observed: Array
 ) -> None:
-    """Add to observations, the first columns of S, those due to the seats that push at z."""
+    """Add to observations, the first columns of S, the effect of the seats that push at z."""
     records, first = faces_of(w.faces, w.Minv.shape[0]).records, 2 * int(matrices.sizes[0].n) + 4
     for k in range(records.shape[0]):
         face = records[k]

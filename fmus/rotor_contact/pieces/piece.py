@@ -248,7 +248,7 @@ def _along_unbalance(motion: Motion, x: Array) -> tuple[float, float]:
 
 @kernel
 def phase_error(piece: Piece) -> float:
-    """Return the difference (rad) of the rotor's angle at the inner points from that at the mean speed."""
+    """Return the difference (rad) of the rotor's angle at the inner points from the angle at the mean speed."""
     angle = piece.spin[1]
     largest = 0.0
     for point in range(1, N_LOBATTO - 1):

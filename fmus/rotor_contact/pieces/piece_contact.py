@@ -50,7 +50,7 @@ def port_of_bearing(matrices: StepMatrices, b: int) -> int:
 
 @kernel
 def port_of_face(matrices: StepMatrices, k: int, of_slope: int) -> int:
-    """Return the port of face k: that of its slope, or of its place."""
+    """Return the port of face k: the port of its slope, or of its place."""
     n_others = 2 * matrices.nodes.shape[0] + matrices.gradients.shape[0] // 2
     return int(matrices.ports[first_port_number(matrices) + n_others + 2 * k + of_slope])
 
@@ -95,7 +95,7 @@ def magnets_act(w: Workspace, matrices: StepMatrices) -> bool:
 
 @kernel
 def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
-    """Return the first column of S after those of accelerations, and the number of columns of relevant ports.
+    """Return the first column of S after the accelerations, and the number of columns of relevant ports.
 
     Observations at bearings and faces are not computed if no force depends on them.
     """
@@ -140,7 +140,7 @@ def set_magnet_forces(w: Workspace, matrices: StepMatrices, point: int) -> float
 def observe(w: Workspace, matrices: StepMatrices, of_forces: Array, A: float, B: float) -> None:
     """Compute the observations at the ports under node forces and an unbalance in the direction A + i B.
 
-    `of_forces` are those due to unit forces, here and below.
+    `of_forces` contains the observations due to unit forces, here and below.
     """
     piece = piece_of(matrices)
     observed, axes = piece.observed, piece.magnets.shape[0] // N_LOBATTO

@@ -1,8 +1,8 @@
 """The end of a solved piece that is cut short, at an event or at the end of the step.
 
-The forces remain those of the piece: their cubics are taken at the Lobatto points of the part [0, s h]. The motion
-there, and with it slip and the work of the unbalance, follows from its series. Spin and races, whose torques are such
-cubics, are advanced again, so that work and energy agree.
+The forces remain unchanged: their cubics are evaluated at the Lobatto points of the part [0, s h]. The motion there,
+and with it slip and the work of the unbalance, follows from its series. Spin and races, whose torques are such cubics,
+are advanced again, so that work and energy agree.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ def cut_piece(
 ) -> float:
     """Write the state after a share of a piece of length h (s) to z_new; return the energy (J) dampers take until then.
 
-    The nodes of the piece become those of this part, as `piece_energy` needs them. `torque` is that of rotating damping
-    on the spin (N m); `index` is the position of the speed on the grid. On an event, sites are put on their circles
-    later, when the modes are found.
+    The nodes of the piece become the nodes of this part, because `piece_energy` needs them. `torque` is the torque of
+    rotating damping on the spin (N m); `index` is the position of the speed on the grid. On an event, sites are put on
+    their circles later, when the modes are found.
     """
     piece, stages, n = piece_of(matrices), stages_of(w.stages), int(matrices.sizes[0].n)
     z_new, y = stages.z_new, series_of(matrices).y
@@ -81,7 +81,7 @@ def _observe_unbalance(motion: Motion, matrices: StepMatrices, point: int, y: Ar
 
 @kernel
 def _restrict_nodes(matrices: StepMatrices, site: Site, k: int, n_terms: int, s: float) -> None:
-    """Replace forces and slip of a site at the Lobatto points by those at the points of [0, s h]."""
+    """Replace forces and slip of a site at the Lobatto points by their values at the points of [0, s h]."""
     nodes = matrices.nodes[k]
     a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
     f_n, f_t = (a.f_n, b.f_n, c.f_n, d.f_n), (a.f_t, b.f_t, c.f_t, d.f_t)

@@ -105,7 +105,7 @@ def _touch(matrices: StepMatrices, site: Site, n_terms: int, h: float, earliest:
 
 @kernel
 def _gap(site: Site, journal: Point) -> float:
-    """Return how far (m) a journal is beyond the radius at which it has touched."""
+    """Return how far (m) a journal is beyond the radius that counts as a touch."""
     return math.sqrt(journal.x * journal.x + journal.y * journal.y) - (1.0 + BEYOND) * site.clearance
 
 

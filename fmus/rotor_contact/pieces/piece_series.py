@@ -98,7 +98,7 @@ def _coefficients(matrices: StepMatrices, index: float) -> int:
 
 @kernel
 def _add_forces(w: Workspace, matrices: StepMatrices, piece: Piece, k: int, direction: complex, a: Array) -> None:
-    """Add the accelerations due to term k of all forces; `direction` is that of the unbalance."""
+    """Add the accelerations due to term k of all forces; `direction` is the direction of the unbalance."""
     m, first = w.Minv.shape[0], piece.x.shape[0] - piece.magnets.shape[0]
     caused, axes = accelerations(w.motion), piece.magnets.shape[0] // N_LOBATTO
     for i in range(m):

@@ -63,7 +63,7 @@ def find_contact_forces(
 ) -> bool:
     """Find the contact forces at z from the acceleration there; return False if a constrained site is in tension.
 
-    `index` is the position of the speed on the grid, `torque` that of rotating damping on the spin (N m).
+    `index` is the position of the speed on the grid, `torque` the torque of rotating damping on the spin (N m).
     """
     if not is_any_constrained(w.sites):
         return True

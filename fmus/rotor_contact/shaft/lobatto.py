@@ -38,7 +38,7 @@ SECOND_PART = tuple(tuple(_lagrange(0.5 * (c + s)) for s in LOBATTO_POINTS) for 
 
 @kernel
 def _coefficients(f_0: float, f_1: float, f_2: float, f_3: float) -> tuple[float, float, float]:
-    """Return the coefficients of s, s^2 and s^3 of the cubic through four values; that of 1 is f_0."""
+    """Return the coefficients of s, s^2 and s^3 of the cubic through four values; the constant coefficient is f_0."""
     rise = f_3 - 6.0 * f_0 + _FAR * f_1 - _NEAR * f_2
     bend = 10.0 * f_0 - (_FAR + _CUBIC) * f_1 + (_NEAR + _CUBIC) * f_2 - 5.0 * f_3
     return rise, bend, 5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2)
@@ -114,7 +114,7 @@ def value_at(f_0: float, f_1: float, f_2: float, f_3: float, s: float) -> float:
 
 @kernel
 def restrict(f: Array, s: float) -> None:
-    """Replace the values of a cubic at the Lobatto points of [0, 1] by those at the points of [0, s]."""
+    """Replace the values of a cubic at the Lobatto points of [0, 1] by its values at the points of [0, s]."""
     a, b, c, d = f[0], f[1], f[2], f[3]
     f[1] = value_at(a, b, c, d, s * LOBATTO_POINTS[1])
     f[2] = value_at(a, b, c, d, s * LOBATTO_POINTS[2])

@@ -174,7 +174,7 @@ def isotropic_combination_between(
 
 @kernel
 def rotate_row(of_x: Array, of_y: Array) -> None:
-    """Write the response to y, which is that to x turned by a right angle; both alternate x and y."""
+    """Write the response to y, which is the response to x turned by a right angle; both alternate x and y."""
     for i in range(0, of_x.shape[0], 2):
         of_y[i], of_y[i + 1] = -of_x[i + 1], of_x[i]
 

@@ -110,7 +110,7 @@ def _close_soonest(sites: Sites, z: Array, a: Array, Omega: float, shortest: flo
 def _change_friction(sites: Sites, v: Array, Omega: float) -> bool:
     """Make a site stick if it stopped slipping, or slip if it cannot stick; return whether anything changed.
 
-    Of several sites that cannot stick, the one furthest beyond its limit slips first, so that another may continue to
+    Of several sites that cannot stick, the site furthest beyond its limit slips first, so that another may continue to
     roll. If an impact elsewhere has reversed the slip of a sliding site, its friction reverses, too.
     """
     excess = 0.0

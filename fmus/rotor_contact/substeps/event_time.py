@@ -107,9 +107,9 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
 
 @kernel
 def _move_end(sites: Sites, z: Array, n: int, Omega: float, is_end: bool, again: bool) -> None:
-    """Set the indicators at the end, or the beginning, of the interval that contains the event to those at z.
+    """Set the indicators at the end, or the beginning, of the interval with the event to their values at z.
 
-    If the same end moved last time, too (`again`), the indicators at the other one are reduced (Anderson, Bjoerck).
+    If the same end moved last time, too (`again`), the indicators at the other end are reduced (Anderson, Bjoerck).
     """
     for site in sites:
         for which in range(N_INDICATORS):
@@ -125,7 +125,7 @@ def _move_end(sites: Sites, z: Array, n: int, Omega: float, is_end: bool, again:
 def _first_crossing(w: Workspace, low: float, high: float, last: float, side: int) -> float:
     """Return the estimate (s) of the first event between two times, one of which is `last`, the time of z_new.
 
-    `side` is that of `last`, -1 or 1, or 0 for the first estimate. An indicator that begins close to zero may fall
+    `side` is the side of `last`, -1 or 1, or 0 for the first estimate. An indicator that begins close to zero may fall
     before it rises: the time is halved if its slope has led to a time before the event.
     """
     n, stages = w.n, stages_of(w.stages)

@@ -78,7 +78,7 @@ def _write_rates(
 ) -> None:
     """Write the rates of all integrals at z into `dz`.
 
-    `shaft_heat` (W) and `damping_torque` (N m) are those of `shaft_damping`.
+    `shaft_heat` (W) and `damping_torque` (N m) come from `shaft_damping`.
     """
     n = w.n
     spin = w.spin[0]

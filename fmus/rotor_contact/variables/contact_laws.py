@@ -148,8 +148,8 @@ def ulbrich(site: np.record, delta: float, rate: float) -> Response:
 def switched_kelvin_voigt(site: np.record, delta: float, rate: float) -> Response:
     """Return the response of spring and damper without pull (4.13).
 
-    The integral of the force has no simple form; that of the spring is used, and the difference counts as reversible
-    heat.
+    The integral of the force has no simple form; the energy of the spring is used, and the difference counts as
+    reversible heat.
     """
     elastic = site.k_c * delta
     viscous = elastic + site.c_c * rate

@@ -77,7 +77,7 @@ def energies(planes: Planes) -> list[Variable]:
 
 @kernel
 def write_heat_and_work(integrals: np.record, gain: float, energy: np.record) -> None:
-    """Write heat, work and the balance (J); `gain` is that of mechanical energy since the start."""
+    """Write heat, work and the balance (J); `gain` is the gain of mechanical energy since the start."""
     dissipated: float = integrals.damping_heat + integrals.friction_heat + integrals.impact_heat
     energy.damping = integrals.damping_heat
     energy.friction = integrals.friction_heat

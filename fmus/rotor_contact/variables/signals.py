@@ -1,4 +1,4 @@
-"""Parameters, inputs and outputs as kernels see them: a record of single variables, and arrays of the others."""
+"""Parameters, inputs and outputs as kernels see them: a record of single variables, and arrays of all others."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ N_SEAL_OUTPUTS, N_AXIAL_PARAMETERS, N_AXIAL_INPUTS, N_AXIAL_OUTPUTS, N_FACE_PARA
 
 
 class Parameters(NamedTuple):
-    """Single parameters as a record of type `PARAMETERS`, in an array of one, and those of the sites and the bearings.
+    """Single parameters as a record of type `PARAMETERS`, in an array of one, and the parameters of sites and bearings.
 
-    Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS), and so are those of faces. `thrust` has one record
+    Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS), and so are face parameters. `thrust` has one record
     of the motion along the shaft, or none.
     """
 
@@ -87,7 +87,7 @@ def n_parameters(structure: Structure) -> int:
 
 @views
 def first_disc_input(structure: Structure) -> int:
-    """Return the position of the inputs after those of the bearings' axes."""
+    """Return the position of the inputs after the inputs of the bearings' axes."""
     return N_INPUTS + 2 * structure.bearings.shape[0] * N_AXIS
 
 

@@ -99,7 +99,7 @@ def _retainer_parameters(site: str, at: str) -> list[Variable]:
 def site_outputs(site: str, planes: Planes) -> list[Variable]:
     """Return the outputs of a contact site of a rotor with these planes.
 
-    `start_values` lists what initial values depend on; () is for a value that is the same at every start.
+    `start_values` lists the dependencies of initial values; () is for a value that is the same at every start.
     """
     at = f"at {site.upper()}"
     journal = start_values.journal(planes, site)

@@ -55,7 +55,7 @@ def strain(planes: Planes) -> tuple[str, ...]:
 
 
 def motion(planes: Planes) -> tuple[str, ...]:
-    """Dependencies of the kinetic energy of the whole rotor: those of the whirl, unless a journal is moved back.
+    """Dependencies of the kinetic energy of the whole rotor: only those of the whirl, unless a journal is moved back.
 
     On a circular orbit it is the same at every angle.
     """

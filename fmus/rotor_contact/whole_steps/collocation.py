@@ -50,7 +50,7 @@ SETTLED = 1e-5  # of the largest force: change of the forces in the last sweep; 
 def find_forces(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> bool:
     """Write the later contact forces of a step into x; return False if an event may be in it.
 
-    Requires `find_first_forces`. Also returns False if the forces cannot be computed accurately enough.
+    Requires `find_first_forces`. It also returns False if the forces cannot be computed with sufficient accuracy.
     """
     size = number_unknowns(w.sites)
     _locate_nodes(w, matrices, whole)

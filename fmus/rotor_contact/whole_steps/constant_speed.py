@@ -2,13 +2,13 @@
 
     K = K_0 - diag(g_0),   f = F + (g - g_0) q    at each axis of a magnetic bearing            (1)
 
-g_0 are the gradients in the matrices, g those of the present step, and f is the force at the nodes of a piece
+g_0 are the gradients in the matrices, g the gradients of the present step, and f is the force at the nodes of a piece
 (`piece_contact`). Gradients that vary around g_0, such as those of nonlinear magnets, therefore leave small forces at
 the nodes.
 
 The matrices are built over `STEPS_BEFORE_BUILD` steps. Gradients that stay far from g_0 for longer, such as those of
-magnets that were switched off, become the next g_0: their matrices are built in a slot of their own while the old ones
-are used.
+magnets that were switched off, become the next g_0: their matrices are built in a separate slot while the old ones are
+used.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ N_SPEED = size_of(SPEED)
 class ConstantSpeed(NamedTuple):
     """The constant speed: a record of type `SPEED`, in an array of length 1, and gradients (N/m), shape (2 bearings,).
 
-    `known` are those in the matrices, `following` those in the next.
+    `known` are the gradients in the matrices, `following` the gradients in the next ones.
     """
 
     speed: np.ndarray[tuple[int], np.dtype[np.record]]
@@ -74,7 +74,7 @@ def constant_speed_of(array: Array, at: int, n_bearings: int) -> ConstantSpeed:
 def follow(motion: Motion, is_constant: bool, is_same: bool, constant: ConstantSpeed, memory: np.record) -> None:
     """Count the steps at a constant speed; choose the gradients of its matrices.
 
-    `is_same` states whether the key of the matrices is that of the last step.
+    `is_same` states whether the key of the matrices equals that of the last step.
     """
     speed = constant.speed[0]
     if not is_same:
@@ -104,7 +104,7 @@ def follow(motion: Motion, is_constant: bool, is_same: bool, constant: ConstantS
 
 @kernel
 def _choose_gradients(motion: Motion, gradients: Array) -> None:
-    """Write the gradients of the magnets; those of similar axes become their mean, which keeps a rotor isotropic."""
+    """Write the gradients of the magnets; similar axes get the mean of theirs, which keeps a rotor isotropic."""
     for b in range(motion.bearings.shape[0]):
         x, y = motion.bearings[b].gradient[0], motion.bearings[b].gradient[1]
         if abs(x - y) <= NEAR * max(abs(x), abs(y)):
@@ -114,7 +114,7 @@ def _choose_gradients(motion: Motion, gradients: Array) -> None:
 
 @kernel
 def _are_near(motion: Motion, gradients: Array) -> bool:
-    """Return whether the gradients of the magnets are near those of matrices."""
+    """Return whether the gradients of the magnets are near the gradients in some matrices."""
     largest = change = 0.0
     for b in range(motion.bearings.shape[0]):
         for axis in range(2):

@@ -1,4 +1,4 @@
-"""Matrices of a whole step at a constant speed, derived from those of the step (`step_matrices`).
+"""Matrices of a whole step at a constant speed, derived from the matrices of the step (`step_matrices`).
 
     (q, v, w_A, w_B)(h) = x F,    x = (q, v, 1, 0, A, B, f, d_1, d_2, d_3, c_0, .., c_3)(0)
 
@@ -43,7 +43,7 @@ def derive_whole_step(
 ) -> None:
     """Derive F, H, G and S at a constant speed, whose slot is complete, for the present amplitudes of the inputs.
 
-    If the slot is not new, only what depends on these amplitudes is written.
+    If the slot is not new, only the parts that depend on these amplitudes are written.
     """
     combine(matrices, FIRST_CONSTANT + which, 0)
     note_derived(matrices, which)

@@ -87,7 +87,7 @@ def is_of_inputs(matrices: StepMatrices, row: int) -> bool:
 
 @kernel
 def count_of(matrices: StepMatrices, row: int) -> int:
-    """Return how many rows of the matrices of a step are summed in a row of a whole step: those of held forces."""
+    """Return how many rows of the matrices of a step are summed in a row of a whole step: several for held forces."""
     return N_LOBATTO if 0 <= row - first_held(matrices) < matrices.gradients.shape[0] else 1
 
 

@@ -1,4 +1,4 @@
-"""modelDescription.xml of a model for FMI 3.0, from its variable table, as `description` writes that of FMI 2.0."""
+"""modelDescription.xml of a model for FMI 3.0, from its variable table, as `description` writes the one of FMI 2.0."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 def model_description3(model: Model, token: str, tool: str, version: str) -> Element:
     """Return the root element of the FMI 3.0 co-simulation description of `model`; `token` is the instantiation token.
 
-    Value references are those of FMI 2.0; `arrays.slots` forms the arrays. `time`, which FMI 3.0 requires, follows the
-    last variable.
+    Value references are the same as in FMI 2.0; `arrays.slots` forms the arrays. `time`, which FMI 3.0 requires,
+    follows the last variable.
     """
     root = Element("fmiModelDescription", fmiVersion="3.0", instantiationToken=token)
     states, derivatives = ("canGetAndSetFMUState", "canSerializeFMUState"), ("Directional", "Adjoint")
@@ -46,7 +46,7 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
 def variable_notes(table: Interface) -> bytes:
     """Return the file `NOTES`: warnings, and names and descriptions that elements of arrays have in FMI 2.0, by name.
 
-    They are not annotations of the variables, because FMI Library reports those of FMI 3.0 as unknown.
+    They are not annotations of the variables, because FMI Library reports annotations of FMI 3.0 as unknown.
     """
     result: dict[str, dict[str, object]] = {}
     for slot in slots(table):

@@ -78,7 +78,7 @@ def python_guid(model: Model, constants: Array) -> str:
 
 
 def what_it_needs() -> str:
-    """Return sentences on what an FMU built here requires of the importing process."""
+    """Return sentences on the requirements of an FMU built here for the importing process."""
     library, _ = _this_python()
     effect = f"starts that of this machine, {library}" if library else "cannot run it: this Python is no shared library"
     return (

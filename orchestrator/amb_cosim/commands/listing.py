@@ -1,4 +1,4 @@
-"""The command that lists scenarios and what applications make of them, or shows everything about one.
+"""The command that lists scenarios and the entries of applications, or shows everything about one.
 
 An application adds entries in its module `listing`: `entries()` returns them, `outcomes()` outcomes by scenario.
 """
@@ -153,7 +153,7 @@ def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None
 
 
 def _line(console: Console, text: str, style: str | None = None, indent: int = 4) -> None:
-    """Print a line; a terminal wraps it and indents what follows, since the ends of descriptions differ."""
+    """Print a line; a terminal wraps it and indents the rest, because the ends of descriptions differ."""
     if not console.is_terminal:
         click.echo(text)
         return

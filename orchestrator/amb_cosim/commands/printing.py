@@ -55,7 +55,7 @@ def print_result(result: Printed, as_json: bool) -> None:
 def warn_of_sizes(rotor: RotorSource) -> tuple[str, ...]:
     """Print and return warnings of implausible sizes of a rotor (none for None) before a command computes with it.
 
-    They are printed to standard error. A prepared run also has them among its warnings.
+    They are printed to standard error. A prepared run also lists them among its warnings.
     """
     if rotor is None:
         return ()

@@ -125,7 +125,7 @@ def displacement(runs: Runs, bearings: list[str]) -> Figure:
 
 
 def _motion(runs: Runs, bearing: str, falls: bool) -> tuple[str, list[Array | None], set[float]]:
-    """Return what is drawn of a bearing's motion, its label, and the values at which a rotor touches its retainer."""
+    """Return the motion to draw for a bearing, its label, and the values at which a rotor touches its retainer."""
     radii = [radius(run, support(run, bearing)) for run in runs.values()]
     gaps = [_clearance(run, bearing) for run in runs.values()]
     clearances = [c for c in gaps if c is not None]

@@ -115,7 +115,7 @@ def compare_signals(labels: Sequence[str], runs: Sequence[Signals]) -> SignalCom
 
 
 def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> AgainstFirst:
-    """Return the differences of a run's signals from those of the first."""
+    """Return the differences of a run's signals from the signals of the first run."""
     shorter = min(first.sizes["time"], run.sizes["time"])
     times, first_times = (np.asarray(record["time"].values[:shorter]) for record in (run, first))
     compared = [*names]

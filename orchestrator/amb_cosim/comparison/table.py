@@ -88,7 +88,7 @@ def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
 
 
 def _in_display_units(row: ComparedValue) -> ComparedValue:
-    """Return a quantity in the unit that was chosen; of speeds and of a band of frequencies in the usual one else."""
+    """Return a quantity in the chosen unit; speeds and frequency bands are otherwise in their usual units."""
     if row.unit == "rad/s":
         unit = frequency_unit() if row.quantity == BAND else speed_unit()
         label, factor = unit.label, 1.0 / unit.size

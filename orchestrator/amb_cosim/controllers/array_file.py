@@ -26,7 +26,7 @@ KEYS = (*MATRICES, *NAMES, "Ts", "speeds", "slow_time", "allow_unstable", "start
 
 
 def write_arrays(path: Path, laws: Mapping[float, Law], facts: Mapping[str, Any]) -> Path:
-    """Write laws by speed, and the other data above, into a file whose suffix selects the format; return its path.
+    """Write laws by speed, and the other data listed, into a file whose suffix selects the format; return its path.
 
     Raises
     ------

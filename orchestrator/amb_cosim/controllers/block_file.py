@@ -24,7 +24,7 @@
       { type = "notch", frequency = "350 Hz", damping = 0.1 },   # or over speed, as a gain
     ]
 
-Cross coupling is a channel from one axis to the other. Blocks are those of `blocks`.
+Cross coupling is a channel from one axis to the other. `blocks` describes the blocks.
 """
 
 from __future__ import annotations

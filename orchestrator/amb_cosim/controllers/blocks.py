@@ -133,7 +133,7 @@ class Notch(BlockTable):
         """Return the points' speeds (rad/s), and others between them.
 
         Matrices are interpolated between these, which makes w^2 linear: midway between w and w (1 + d) it is d^2/8 too
-        high. That is a share `OFF_CENTRE` of the half-width z w at d = sqrt(8 OFF_CENTRE z).
+        high. This is a share `OFF_CENTRE` of the half-width z w at d = sqrt(8 OFF_CENTRE z).
         """
         points = self._frequencies()
         if not points:

@@ -23,7 +23,7 @@ FORMS = "a StateSpace or TransferFunction of control or scipy.signal, or arrays 
 
 @dataclass(frozen=True)
 class Law:
-    """Matrices A, B, C, D; `sample_time` is None for a continuous law, and 0 for a sampled one without it.
+    """Matrices A, B, C, D; `sample_time` is None for a continuous law, and 0 for a sampled law without a sample time.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def law_of(K: Any, sampled: bool = False) -> Law:
     K
         The law in one of the forms above.
     sampled
-        Whether arrays are those of a sampled law.
+        Whether arrays describe a sampled law.
 
     Raises
     ------

@@ -148,7 +148,7 @@ def linear_controller(
 ) -> LinearController:
     """Return a sampled controller u = K y, a component for scenarios and FMUs.
 
-    For a K designed for negative feedback, u = -K y, pass `-K`. For a file, the other arguments replace its values.
+    For a K designed for negative feedback, u = -K y, pass `-K`. If K is a file, the other arguments replace its values.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def linear_controller(
         Discretisation of a continuous K: `tustin` (default), exact at the frequency `prewarp` (rad/s) if given, `zoh`,
         `foh`, `euler`, `backward_diff`, `matched`, `impulse`. A sampled K has none.
     sampled_arrays
-        Whether arrays, which do not state it, are those of a sampled law; those in a file state it.
+        Whether arrays, which do not state it, describe a sampled law; arrays in a file state it.
     gains, offsets, limits
         Factor (1), added value (0 A), and smallest and largest value (A) of each demand, or of all.
     delay

@@ -19,7 +19,7 @@ def levitation_files(name: str, rotor: str, magnets: Mapping[str, SavedMagnet]) 
 
     i = -k_amp k_sense (k_p x + k_I int x dt + k_d x'),   2 mu_0 A N^2 = mu_0 n_w^2 a_g/2     (1)
 
-    ROSS counts the turns n_w of two poles in series, the actuator counts those of one, N = n_w/2, on the same pole
+    ROSS counts the turns n_w of two poles in series, the actuator counts the turns of one, N = n_w/2, on the same pole
     area.
 
     Parameters

@@ -8,8 +8,9 @@ ordered, and a Sylvester equation. With C_s = C V and F = A_s / alpha, whose mod
 
 is the gain of the Kalman filter for F without process noise: A_s - W L C_s has the modes alpha^2 / conj(lambda).
 B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, chapter 4, with a prescribed degree of stability as in their
-Optimal Control, 1990. Modes that are unobservable from the demands are not included, nor are those that are hardly
-observable beside others. Independent groups of states are compared on one scale, since their units may differ.
+Optimal Control, 1990. Modes that are unobservable from the demands are not included, and neither are modes that are
+hardly observable in comparison with others. Independent groups of states are compared on one scale, since their units
+may differ.
 """
 
 from __future__ import annotations

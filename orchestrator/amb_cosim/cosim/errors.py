@@ -27,7 +27,7 @@ class FmuError(RuntimeError):
 class StepFailed(RuntimeError):
     """A component did not complete a step; `component` and `time` (s) identify it.
 
-    `end` is that of the `FmuError` if the component ends the run in this step.
+    `end` is the value of the `FmuError` if the component ends the run in this step.
     """
 
     def __init__(self, component: str, time: float, reason: str, end: float | None = None) -> None:

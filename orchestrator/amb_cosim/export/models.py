@@ -36,7 +36,7 @@ def rotor_contact(rotor: RotorSource = None, stators: Sequence[str] = (), **_: A
 
 @made_from("amb_actuator", "rotor_analysis", "amb_cosim.model_constants", rotor=rotor_path)
 def amb_actuator(rotor: RotorSource = None, **_: Any) -> Made:
-    """Return the actuator for the bearings of a rotor; default: that of the packs."""
+    """Return the actuator for the bearings of a rotor; default: the packs' default."""
     from amb_cosim.model_constants.rotor_models import actuator
     from rotor_analysis.rotor_file import load_rotor
 

@@ -23,7 +23,7 @@ SPEEDS = tuple(2.0 * np.pi * f for f in (5.0, 10.0, 15.0, 20.0, 22.0, 24.0, 25.0
 def condition_number(receptance: ArrayLike) -> float:
     """Return the largest over the smallest singular value of R; infinite if R is singular.
 
-    Parameter and errors are those of `inverse_receptance`, which allows at most MAX_CONDITION.
+    The parameter and the errors are the same as for `inverse_receptance`, which allows at most MAX_CONDITION.
     """
     singular = np.linalg.svd(_checked(receptance), compute_uv=False)
     return float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
@@ -109,8 +109,8 @@ def pack_rows(
 ) -> Array:
     """Return the constants of a controller from (order, speed, R), ascending in order and speed; see `pack`.
 
-    The layout is that of `rolac_controller.sizes`, `inner_loop` and `receptance_table`. `inner` are (order, speed, C)
-    of a controller that closes the loop in parallel with the PID (`rolac_controller.inner_loop`).
+    The layout is described in `rolac_controller.sizes`, `inner_loop` and `receptance_table`. `inner` are (order, speed,
+    C) of a controller that closes the loop in parallel with the PID (`rolac_controller.inner_loop`).
     """
     keys, receptances, inverses = [], [], []
     for order, speed, receptance in rows:

@@ -126,7 +126,7 @@ def static_current_for(load: float, p: np.record, law: int = NONLINEAR) -> float
 
 
 def coil_range(p: np.record) -> tuple[float, float]:
-    """Return the least and the largest current (A) of a coil pair, together with its permanent magnets."""
+    """Return the smallest and the largest current (A) of a coil pair, together with its permanent magnets."""
     least, most = least_and_most(p.current_limit, p.permanent_bias)
     return float(least), float(most)
 

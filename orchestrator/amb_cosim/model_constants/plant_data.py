@@ -33,7 +33,7 @@ ROUNDING = 1e-9  # relative contribution of a site to the displacement of a plac
 
 
 def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Model, Array]:
-    """Return the plant of a rotor, by default that of the packs, and its constants.
+    """Return the plant of a rotor, by default the packs', and its constants.
 
     Its layout contains the `mass` (kg) in addition to the planes.
 
@@ -195,7 +195,7 @@ def _accurate_to(rotor: Rotor) -> float:
 
 
 def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:
-    """Return the sites whose displacement alone, with other coordinates zero, moves each place."""
+    """Return the sites whose displacement by itself, with other coordinates zero, moves each place."""
     rows = dict(zip((site.name for site in planes.sites), structure.sites.astype(int), strict=True))
     unit = np.eye(len(structure.K))
     weights = {name: unit[row] for name, row in rows.items()}

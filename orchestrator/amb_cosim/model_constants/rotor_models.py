@@ -51,15 +51,15 @@ def actuator(rotor: Rotor | None = None) -> tuple[Model, Array]:
 
 
 def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None) -> tuple[Model, Array]:
-    """Return the controller of a rotor, by default that of the packs, and its constants.
+    """Return the controller of a rotor, by default the packs', and its constants.
 
     Parameters
     ----------
     rotor
         A rotor description.
     table
-        Identified receptances. By default those of the rotor model on bearings with `K_B` and `C_B`, from 5 to 100 Hz,
-        as far as they can be inverted.
+        Identified receptances. By default they are computed from the rotor model on bearings with `K_B` and `C_B`, from
+        5 to 100 Hz, as far as they can be inverted.
 
     Raises
     ------

@@ -59,7 +59,7 @@ class Layout(Enum):
 
 @dataclasses.dataclass(frozen=True)
 class JsonKey:
-    """A key other than that of the field's name and unit."""
+    """A key that differs from the field's name and unit."""
 
     name: str
 

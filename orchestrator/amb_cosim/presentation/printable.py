@@ -47,7 +47,7 @@ class PrintableStream:
         return len(text)
 
     def writelines(self, lines: Any) -> None:
-        """Write texts one after the other."""
+        """Write several texts in sequence."""
         for line in lines:
             self.write(line)
 

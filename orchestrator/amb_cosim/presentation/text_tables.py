@@ -106,7 +106,7 @@ def html_of(parts: Iterable[TextBlock], height: str = "28em") -> str:
 
 
 def exported(console: Console) -> str:
-    """Return what a recording console printed since the last call, as HTML."""
+    """Return the output of a recording console since the last call, as HTML."""
     return console.export_html(inline_styles=True, code_format="<pre>{code}</pre>")
 
 

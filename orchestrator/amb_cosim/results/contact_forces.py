@@ -63,7 +63,7 @@ def touches(dataset: Signals, site: str) -> Bools:
 
 
 def largest(dataset: Signals, values: Array | None, begin: float = 0.0, end: float = np.inf) -> float | None:
-    """Return the largest of values at each sample between two cycles, from cycle 0 on; None if there are no samples."""
+    """Return the largest of the values at samples between two cycles, from cycle 0 on; None if there are none."""
     first, stop = np.searchsorted(cycles(dataset), (max(begin, 0.0), end))
     return None if values is None or first >= stop else float(values[first:stop].max())
 

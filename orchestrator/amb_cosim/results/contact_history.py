@@ -163,7 +163,7 @@ def _stays(dataset: Signals, last: float) -> bool:
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
-    """Return the mean whirl speed (rad/s) in contact at a site over the last cycle; None without contact at the end."""
+    """Return the mean whirl speed (rad/s) in contact at a site over the last cycle; None if free at the end."""
     dataset = at_every_step(dataset)
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
     if mode is None or whirl is None or not len(mode) or mode[-1] == FREE:

@@ -38,8 +38,8 @@ def spin_energy(dataset: Signals) -> Array | None:
 def energy_balance(dataset: Signals) -> tuple[dict[str, float] | None, float | None, float | None]:
     """Return heat, work and `balance` (J), and the balance relative to the largest of all energies and to the heat.
 
-    `balance` is the largest difference of gain and work from cycle 0 on. The largest energy may be that of the spin,
-    which hides the error. A ratio to zero is None.
+    `balance` is the largest difference of gain and work from cycle 0 on. The largest energy may be the energy of the
+    spin, which hides the error. A ratio to zero is None.
     """
     dataset = at_every_step(dataset)
     series = energies(dataset)

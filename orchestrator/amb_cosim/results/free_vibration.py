@@ -6,7 +6,7 @@ that rotation does not force, between this line and its larger neighbour k + s:
 
     f N = k + s (2 r - 1)/(r + 1),    r = |W_(k+s)|/|W_k|                                         (1)
 
-Its amplitudes are those of a fit, with mean and harmonics of the speed, to each half of the samples. The fit separates
+Its amplitudes follow from a fit, with mean and harmonics of the speed, to each half of the samples. The fit separates
 frequencies that share lines.
 """
 
@@ -31,7 +31,7 @@ class FreeVibration(NamedTuple):
 
 
 def free_vibration(motion: Array, turns: float) -> FreeVibration | None:
-    """Return the strongest vibration that is not periodic with the rotation; None if all lines are those of harmonics.
+    """Return the strongest vibration that is not periodic with the rotation; None if all lines belong to harmonics.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def free_vibration(motion: Array, turns: float) -> FreeVibration | None:
 
 
 def _fitted(motion: Array, share: Array, orders: list[float]) -> tuple[float, float]:
-    """Return the rms of the vibration of the first order, per unit of `share`, in motion, and that of all motion."""
+    """Return the rms of the vibration of the first order in the motion, per unit of `share`, and that of all motion."""
     angles = 2.0 * np.pi * np.outer(share, orders)
     basis = np.concatenate(
         [np.cos(angles[:, :1]), np.sin(angles[:, :1]), np.cos(angles[:, 1:]), np.sin(angles[:, 1:])], axis=1

@@ -1,11 +1,11 @@
-"""Whether sampled motion has a part that grows exponentially, whatever its phase and number of periods.
+"""Whether sampled motion has a part that grows exponentially, at any phase and number of periods.
 
 Free motion of a linear machine, with its steady orbit, rest position and drift, is
 
     y(k) = sum_i c_i z_i^k + a + b k,    k = 0 ... n - 1                                          (1)
 
-The poles z_i are those of the matrix pencil of windows of the samples, which all signals share (Y. Hua, T. K. Sarkar,
-Matrix pencil method for estimating parameters of exponentially damped/undamped sinusoids in noise, IEEE Trans.
+The poles z_i are the eigenvalues of the matrix pencil of windows of the samples, which all signals share (Y. Hua, T. K.
+Sarkar, Matrix pencil method for estimating parameters of exponentially damped/undamped sinusoids in noise, IEEE Trans.
 Acoustics, Speech and Signal Processing 38 (1990) 814-824). The amplitudes c_i, a and b are fitted by least squares.
 Sampling preserves |z_i| even of vibrations faster than half the sample rate.
 

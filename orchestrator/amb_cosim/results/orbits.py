@@ -36,8 +36,8 @@ _ENOUGH_SAMPLES = 20  # of a turn, whose largest radius is that of its ellipse w
 def path(dataset: Signals, place: str) -> Path | None:
     """Return the displacement x and y (m) at a bearing, or at a site from the centre of its retainer, shape (2, n).
 
-    If an FMU does not output the displacement at a site, that of the retainer's bearing or of the sensor plane there is
-    used.
+    If an FMU does not output the displacement at a site, the displacement at the retainer's bearing or at the sensor
+    plane there is used.
     """
     rotor_places = places(dataset)
     bearing = rotor_places.retainers.get(place, "")
@@ -120,7 +120,7 @@ def moving_places(dataset: Signals) -> tuple[str, ...]:
 
 
 def support(dataset: Signals, bearing: str) -> str:
-    """Return the place at which the motion in a bearing is judged: its retainer or, without one, the bearing itself."""
+    """Return the place at which the motion in a bearing is judged: its retainer or, if it has none, the bearing."""
     return places(dataset).bearings.get(bearing) or bearing
 
 
@@ -208,7 +208,7 @@ def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
 def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> float | None:
     """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end`.
 
-    The change is defined in `signal_arrays.change`. The amplitude is that of the last full revolution before it;
+    The change is defined in `signal_arrays.change`. The amplitude belongs to the last full revolution before it;
     without such a revolution it is None.
     """
     circles = _circles(dataset, motion, when)

@@ -42,7 +42,7 @@ def power_lost_at(dataset: Signals) -> float | None:
 def with_power(warned: Iterable[WarningRecord], dataset: Signals) -> list[WarningRecord]:
     """Return warnings of a run; a demand at its limit matters only while an amplifier is on.
 
-    With all amplifiers off the demand has no effect; the warning is omitted if there is no other time.
+    With all amplifiers off the demand has no effect; the warning is omitted if it occurred at no other time.
     """
     return [
         part

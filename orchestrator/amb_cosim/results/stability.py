@@ -106,7 +106,7 @@ def _last_change_outside(dataset: Signals) -> float:
 
 
 def _is_steady(values: Array) -> bool:
-    """Return whether a signal keeps its mean square, and that of its rate, which changes with its frequency.
+    """Return whether a signal keeps its mean square, and the mean square of its rate, which changes with its frequency.
 
     A steady vibration or noise has the same in the first and the last third, within `GROWTH`; one that begins, grows,
     fades or sweeps does not.

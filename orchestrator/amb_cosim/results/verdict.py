@@ -210,7 +210,7 @@ def _speed(dataset: Signals) -> tuple[str, str] | None:
 
 
 def _margin(dataset: Signals, word: Word) -> tuple[str, str] | None:
-    """Return the least distance of the orbit to the clearance of a site, over the run or in its last cycle.
+    """Return the smallest distance of the orbit to the clearance of a site, over the run or in its last cycle.
 
     1 - max |r(t)|/c
     """

@@ -1,4 +1,4 @@
-"""The control loop of a run: its sensors, what excites it, and the loop that a table of receptances belongs to."""
+"""The control loop of a run: its sensors, its excitation, and the loop that a table of receptances belongs to."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _ENDINGS = (".gain", ".scale")
 
 
 def check_control_loop(plan: Plan) -> None:
-    """Check that sensors are connected, and that a table of receptances is that of the loop; see `check_loop`.
+    """Check that sensors are connected, and that a table of receptances belongs to the loop; see `check_loop`.
 
     Raises
     ------
     ValueError
-        If a sensor of a controller is connected to nothing, so that it would read zero throughout, or the table is that
-        of another loop, or no controller uses it.
+        If a sensor of a controller is connected to nothing, so that it would read zero throughout, or the table belongs
+        to another loop, or no controller uses it.
     """
     assembly = plan.assembly
     sensors = [f"{name}.{sensor}" for name, fmu in assembly.fmus.items() for sensor in _sensors(fmu.layout or {})]

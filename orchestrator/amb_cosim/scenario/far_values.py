@@ -22,7 +22,7 @@ class StatedValues:
     Attributes
     ----------
     scenario, settings
-        The scenario, and values by name that replace those of it.
+        The scenario, and values by name that replace its values.
     variables
         The variables of the machine, whose values do not matter.
     """

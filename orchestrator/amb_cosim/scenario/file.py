@@ -217,7 +217,7 @@ def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:
 def overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
     """Return a scenario's data `below`, overridden by `above`: tables are merged, everything else is replaced.
 
-    If `above` states an end, in cycles or as a time, that of `below` does not apply.
+    If `above` states an end, in cycles or as a time, the end of `below` does not apply.
     """
     if ENDS & {*above}:
         below = {key: value for key, value in below.items() if key not in ENDS}

@@ -41,8 +41,8 @@ def stated_constants(values: Assignments, component: str = CONTROLLER) -> set[st
 def set_operating_points(missing: MissingParameters) -> list[str]:
     """Set the controller's assumptions on each magnet: K_s, K_i, i_min and i_max; return warnings.
 
-    The currents are those that the coils allow (`coil_limits`); the integral of a PID would wind up beyond what the
-    actuator cuts off. K_s and K_i are the slopes of the magnet's force law at its centre. A warning names settings that
+    The currents are those that the coils allow (`coil_limits`); the integral of a PID would wind up beyond the range of
+    the actuator. K_s and K_i are the slopes of the magnet's force law at its centre. A warning names settings that
     differ from these by more than `LARGEST_RATIO`, and measured constants that differ as much from a geometry set
     without them.
 

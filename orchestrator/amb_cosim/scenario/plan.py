@@ -197,7 +197,7 @@ def _with_first_angle(plan: Plan, cycles: float) -> Mapping[str, Mapping[str, fl
     """Return the parameters with the angle at which the rotor starts, so that its angle at cycle 0 is exact.
 
     The run starts at a communication point, up to a step before the settling begins. At cycle 0 the angle is the
-    parameter's (0 by default), plus these cycles, whatever the step.
+    parameter's (0 by default), plus these cycles, for any step.
     """
     offset = plan.first + in_steps(cycles * plan.period, plan.step_size)
     parameters = {component: dict(values) for component, values in plan.parameters.items()}

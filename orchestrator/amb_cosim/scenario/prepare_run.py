@@ -80,7 +80,7 @@ def system_of(scenario: Scenario) -> System:
     Raises
     ------
     ValueError
-        If a file does not exist, or is not that of a system.
+        If a file does not exist, or does not describe a system.
     """
     with errors_in(f"scenario {scenario.name}"):
         check_exists("system", scenario.system)

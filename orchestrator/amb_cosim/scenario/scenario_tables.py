@@ -89,7 +89,7 @@ class InputProfile(_Named, ProfileTable):
 
 
 def _beginning(profile: Profile) -> float:
-    """Return the time (s) of the last point before the value changes; that of the first point if it never does."""
+    """Return the time (s) of the last point before the value changes; the time of the first point if it never does."""
     for (time, value), (_, later) in pairwise(profile.points):
         if value != later and not (is_zero(value) and is_zero(later)):
             return time
@@ -109,7 +109,7 @@ class SpeedPoint(_Moment):
 
 
 class Stop(Table):
-    """The run ends as soon as a signal has been above, or below, a value for long enough."""
+    """The run ends as soon as a signal has been above, or below, a value for a certain time."""
 
     variable: str
     """An output, or an input that the scenario sets, by its name in the data set."""

@@ -76,7 +76,7 @@ def run(
     Raises
     ------
     ValueError
-        If the scenario, a value or a file is invalid; the message names the place and what is allowed.
+        If the scenario, a value or a file is invalid; the message names the place and the allowed values.
     StartFailed, FmuError
         If an FMU cannot be loaded or refuses to start. A failure during the run raises no exception: `result.outcome`
         states component, time and reason.

@@ -69,7 +69,7 @@ def touchable_stators(scenario: Scenario, system: System, settings: Mapping[str,
 def stators_of_run(
     scenario: Scenario, system: System, settings: Mapping[str, Raw], start: Checkpoint | None = None
 ) -> tuple[str, ...]:
-    """Return the bearings whose stators are part of a run: those of its past, or the `touchable_stators`."""
+    """Return the bearings whose stators are part of a run: the ones of its past, or the `touchable_stators`."""
     if start is None:
         return touchable_stators(scenario, system, settings)
     parameters = start.past.get("parameters", {}).get(PLANT, {})

@@ -71,7 +71,7 @@ def host_platform() -> str:
     Raises
     ------
     ValueError
-        If there is no native FMU for it.
+        If no native FMU exists for it.
     """
     here = (sys.platform, platform.machine().lower())
     names = {
@@ -108,7 +108,7 @@ def compile_library(name: str, sources: Mapping[str, str], target_platform: str)
     Raises
     ------
     ValueError
-        If the compiler is missing, its LLVM version is not that of numba, or it rejects the sources.
+        If the compiler is missing, its LLVM version differs from numba's, or it rejects the sources.
     """
     check_compiler()
     suffix, targets = TARGETS[target_platform]
@@ -133,7 +133,7 @@ def check_compiler() -> str:
     Raises
     ------
     ValueError
-        If it is missing, or its LLVM version is not that of numba.
+        If it is missing, or its LLVM version differs from numba's.
     """
     require_extra("native", "compiling an engine", "ziglang")
     ours = int(importlib.import_module("llvmlite.binding").llvm_version_info[0])

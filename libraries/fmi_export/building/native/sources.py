@@ -1,4 +1,4 @@
-"""C sources in this folder: their text, and a hash of what is built from them."""
+"""C sources in this folder: their text, and a hash of the files and facts of a build."""
 
 from __future__ import annotations
 

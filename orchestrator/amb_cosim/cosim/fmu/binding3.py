@@ -148,7 +148,7 @@ class Binding3(Binding):
             raise FMICallException(self.function("DoStep"), DISCARD)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Return what the FMU answered in addition to a status, or the value that cannot be sent to it."""
+        """Return the FMU's answer in addition to the status, or the value that cannot be sent to it."""
         phrases = {
             NOTHING: [],
             ENDS: ["terminateSimulation is true"],

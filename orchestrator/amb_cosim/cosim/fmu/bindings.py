@@ -51,7 +51,7 @@ class Log:
         return [text for status, text in self.messages if status not in INFORMATION]
 
     def explanations(self) -> list[str]:
-        """Return the texts that explain a refusal: those of faults, otherwise information, otherwise warnings."""
+        """Return the texts that explain a refusal: texts of faults, otherwise information, otherwise warnings."""
         faults = [text for status, text in self.messages if status not in (*INFORMATION, WARNING)]
         return faults or [text for status, text in self.messages if status in INFORMATION] or self.warnings
 

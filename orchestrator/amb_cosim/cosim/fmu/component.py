@@ -110,7 +110,7 @@ class FmuComponent:
             raise FmuError("loading", "Error", [*self._log.explanations(), str(error)]) from error
 
     def reset(self, inputs: Sequence[str], outputs: Sequence[str], start: StartValues, every: int = 1) -> None:
-        """Reset the FMU for another run; the arguments are those of the constructor.
+        """Reset the FMU for another run; the arguments are the same as for the constructor.
 
         Raises
         ------

@@ -157,7 +157,7 @@ def _with_display_units(unit: Any, definitions: Mapping[str, UnitDefinition]) ->
 
 
 def _texts(description: Any) -> Iterator[TextVariable]:
-    """Return the String and Binary variables, without those of clocks."""
+    """Return the String and Binary variables, except the variables of clocks."""
     for v in description.modelVariables:
         kind = next((kind for kind in _TEXTS if kind == v.type), None)
         if kind is not None and not v.clocks:
@@ -280,7 +280,7 @@ def _ports(
 
 
 def _inherited(variable: Any, attribute: str) -> Any:
-    """Return an attribute of a variable, or that of its declared type; None without either."""
+    """Return an attribute of a variable, or the attribute of its declared type; None if neither has it."""
     own = getattr(variable, attribute, None)
     return getattr(variable.declaredType, attribute, None) if own is None else own
 

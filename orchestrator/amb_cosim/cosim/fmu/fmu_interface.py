@@ -52,7 +52,7 @@ class Port:
 
     @property
     def set_as(self) -> str:
-        """How a user sets it: `input`, `parameter`, or an empty text if the FMU alone computes it.
+        """How a user sets it: `input`, `parameter`, or an empty text if only the FMU computes it.
 
         A start value, such as the height of a ball that falls, is set before initialisation like a parameter.
         """
@@ -67,12 +67,12 @@ class Port:
 
     @property
     def declared(self) -> str:
-        """The type for messages: that of the FMU, if there is one."""
+        """The type for messages: the FMU's type, if there is one."""
         return self.stored or self.type
 
     @property
     def display_unit(self) -> str:
-        """The unit with a leading space; empty without a unit."""
+        """The unit with a leading space; empty if there is no unit."""
         return "" if self.unit in (None, "", "1") else f" {self.unit}"
 
     @property
@@ -212,7 +212,7 @@ class FmuInterface:
         return self.ports[name]
 
     def whole(self, port: Port) -> tuple[Port, ...]:
-        """Return the elements of a variable's array in order; for a scalar, the scalar alone."""
+        """Return the elements of a variable's array in order; for a scalar, only the scalar."""
         return (port,) if port.size == 1 else self._arrays[port.reference]
 
     @cached_property

@@ -154,7 +154,7 @@ def _resolved(fmu: FmuSource, options: Mapping[str, Any]) -> tuple[str, dict[str
 
 
 def model_source(name: FmuSource, **options: Any) -> tuple[Model, Array]:
-    """Return a model, by its name or by what it is made from, and its constants for these options.
+    """Return a model, by its name or by the object that it is made from, and its constants for these options.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def fmu_with_starts(
 
 
 def ingredients(fmu: FmuSource, **options: Any) -> dict[str, Any]:
-    """Return what the FMU of a component is made from: files and objects by the options of its model, or the FMU."""
+    """Return the sources of a component's FMU: files and objects by the options of its model, or the FMU."""
     if not is_model(fmu):
         return {"FMU": Path(str(fmu))}
     name, options = _resolved(fmu, options)

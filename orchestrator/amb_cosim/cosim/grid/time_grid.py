@@ -48,7 +48,7 @@ class TimeGrid(NamedTuple):
         return self.stop if n == self.last else self.start + n * self.step_size
 
     def is_at(self, n: int, time: float) -> bool:
-        """Return whether a time (s) is that of a point, within rounding."""
+        """Return whether a time (s) is the time of a point, within rounding."""
         return abs(time - self.time(n)) <= max(NEAR_STEP * self.step_size, 4.0 * EPSILON * abs(time))
 
     def times(self, points: Indices) -> Array:

@@ -69,7 +69,7 @@ class Calls(NamedTuple):
 
 
 class _Program(NamedTuple):
-    """The data of a master as arrays; `step_sizes` (s) are those of the components.
+    """The data of a master as arrays; `step_sizes` (s) are the steps of the components.
 
     `fetches` get all outputs, `needed` only those used whether recorded or not. At a recorded point all are fetched by
     the same calls, because an additional call would cost more than the values.

@@ -7,10 +7,10 @@ A component holds its inputs u over a step from t to t + h. The weight w of a so
     w = 1     y depends directly on inputs of the same step, and so is the value for the step already
     w = 0     the component samples, and uses the value at the beginning; or y is an integer or a Boolean
 
-y(t + h) is known only after the step. All components first step with the values at t, in Gauss-Seidel order. Then those
-whose inputs have changed step again from their states at t, until no input changes by more than `TOLERANCE` of its
-largest value so far. Each repetition multiplies the error by the loop gain over a step, which vanishes with h. If
-inputs still change after `MOST_REPETITIONS`, the step fails.
+y(t + h) is known only after the step. All components first step with the values at t, in Gauss-Seidel order. Then the
+components whose inputs have changed step again from their states at t, until no input changes by more than `TOLERANCE`
+of its largest value so far. Each repetition multiplies the error by the loop gain over a step, which vanishes with h.
+If inputs still change after `MOST_REPETITIONS`, the step fails.
 """
 
 from __future__ import annotations

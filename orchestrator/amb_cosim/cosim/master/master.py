@@ -126,8 +126,8 @@ class Master(Generic[P]):
     def initialise(self, n: int = 0) -> None:
         """Initialise all components at point n, passing outputs along the connections until none changes.
 
-        Outputs are read again after initialisation mode: some FMUs compute them as it ends. Those that differ then are
-        passed along the connections once more, so that point n has the values from which the first step begins.
+        Outputs are read again after initialisation mode: some FMUs compute them as it ends. Outputs that differ then
+        are passed along the connections once more, so that point n has the values from which the first step begins.
 
         Raises
         ------
@@ -200,8 +200,8 @@ class Master(Generic[P]):
     def complete(self, i: int, n: int, end: float) -> bool:
         """Complete the step from point n in which component i ended the run at `end` (s).
 
-        Return whether all values are then those at that time: a single component has them, and several have them
-        at point n + 1, unless the coupling is iterative or the component does not step at every point.
+        Return whether all values then belong to that time: a single component has them, and several have them at point
+        n + 1, unless the coupling is iterative or the component does not step at every point.
         """
         is_at_point = self.grid.is_at(n + 1, end) and self.coupling != "iterative"
         if self.components[i].every > 1 or not (is_at_point or len(self.components) == 1):

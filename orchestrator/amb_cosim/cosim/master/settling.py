@@ -235,7 +235,7 @@ def solve(
     corrects
         Whether a step corrects it; false if forces act that the FMUs do not have in free motion.
     advance
-        Angle by which the motion turns in a step (rad); that of the rotor by default.
+        Angle by which the motion turns in a step (rad); the angle of the rotor by default.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The descendants of a process, in any group or session.
 
-Only Linux lists them. A process whose parent has ended belongs to the nearest ancestor that adopts orphans, or to the
-first process of the system.
+Only Linux provides this list. A process whose parent has ended belongs to the nearest ancestor that adopts orphans, or
+to the first process of the system.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def descendants(process: int) -> set[int]:
 
 
 def end_descendants(process: int) -> None:
-    """End all descendants of a process, including those started meanwhile."""
+    """End all descendants of a process, including processes started in the meantime."""
     ended: set[int] = set()
     while new := descendants(process) - ended:
         for pid in new:

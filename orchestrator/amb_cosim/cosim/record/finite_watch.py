@@ -36,7 +36,7 @@ class FiniteWatch:
         self.infinite: dict[str, NonFinite] = {}
 
     def add(self, other: FiniteWatch) -> None:
-        """Add what another watch has noted."""
+        """Add the values that another watch has noted."""
         for firsts, noted in ((self.nan, other.nan), (self.infinite, other.infinite)):
             for name, first in noted.items():
                 firsts[name] = min(first, firsts.get(name, first), key=lambda value: value.point)

@@ -42,7 +42,7 @@ def netcdf(signals: SignalTable | xr.Dataset) -> bytes:
     Raises
     ------
     OSError
-        If there is no memory for it. If HDF5 itself runs out of memory, it ends the process.
+        If memory does not suffice for it. If HDF5 itself runs out of memory, it ends the process.
     """
     groups = (signals.variables, signals.coordinates) if isinstance(signals, SignalTable) else (signals.variables,)
     size = sum(variable.values.nbytes for group in groups for variable in group.values())

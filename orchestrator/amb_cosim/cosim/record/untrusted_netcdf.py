@@ -1,7 +1,7 @@
 """Checks a NetCDF file from elsewhere before its data are read: they must lie in this file, and fit into it.
 
-HDF5 follows links and storage into other files, whose bytes would appear in tables and figures. It also allocates what
-a file announces: chunks that are not stored, that several arrays share, or that are compressed twice. A byte of
+HDF5 follows links and storage into other files, whose bytes would appear in tables and figures. It also allocates as
+much as a file announces: chunks that are not stored, that several arrays share, or that are compressed twice. A byte of
 DEFLATE stands for at most 1032 bytes (two bits for 258), so all data together have at most 1032 times the size of the
 file.
 """

@@ -104,7 +104,7 @@ def _of_output(
 
 
 def _with_ranges(declared: str, sentence: str, during: Mapping[str, Array]) -> str:
-    """Return a logged sentence with the range of the values at its time and of those in `during`, by variable."""
+    """Return a logged sentence with the range of the values at its time and of the values in `during`, by variable."""
     texts = re.split(r"\{([^}]*)\}", declared)  # texts and, between them, variables
     logged = re.fullmatch("(.*)".join(map(re.escape, texts[::2])), sentence, re.DOTALL)
     if logged is None:
@@ -136,7 +136,7 @@ def warnings_of(dataset: Signals) -> list[WarningRecord]:
 
 
 def sentences(warnings: Sequence[WarningRecord]) -> list[str]:
-    """Return a sentence for each kind of warning: what, where, when, and for what share of the time."""
+    """Return a sentence for each kind of warning: what, where, when, and for which share of the time."""
     kinds: dict[tuple[str, str], list[WarningRecord]] = {}
     for warned in warnings:
         kinds.setdefault((warned.component, warned.kind), []).append(warned)

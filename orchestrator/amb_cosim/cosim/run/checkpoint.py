@@ -133,8 +133,8 @@ class Checkpoint:
     def check_past(self, past: Mapping[str, Any], sources: Mapping[str, Any]) -> None:
         """Raise ValueError unless this is the past of the run to continue, whose FMUs are made from `sources`.
 
-        The message lists the differences: those of the sources in place of the identifiers of FMUs, which follow from
-        them.
+        The message lists the differences: differences of the sources in place of the identifiers of FMUs, which follow
+        from them.
         """
         lines = list_differences(self.past, past)
         if lines and (others := list_other_sources(self.sources, sources)):

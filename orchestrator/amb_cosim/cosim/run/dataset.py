@@ -155,7 +155,7 @@ def to_signals(recording: Recording) -> SignalTable:
 
 
 def _of_output(output: Output, source: Samples) -> Samples:
-    """Return the samples of an output of the system, from those of the component's output that reaches it."""
+    """Return the samples of an output of the system, from the samples of the component's output that reaches it."""
     law = output.factor, output.offset
     values = source.values if law == UNCHANGED else output.factor * source.values + output.offset
     return Samples(values, {**source.attrs, "units": output.unit or "1"})
@@ -183,7 +183,7 @@ def step_times(recording: Recording) -> dict[str, Samples]:
 
 
 def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord]:
-    """Return the warnings of all components, after those of the plan and on partial events."""
+    """Return the warnings of all components, after the warnings of the plan and on partial events."""
     plan, columns = recording.plan, dict(zip(recording.plan.recorded, recording.recorder.table.T, strict=True))
     return [
         *(warnings.WarningRecord("parameters", "", text, text) for text in plan.warnings),
@@ -228,7 +228,7 @@ def load(path: Path) -> xr.Dataset:
 
 
 def _check_form(dataset: xr.Dataset) -> None:
-    """Raise ValueError unless a data set has variables over its ascending times alone, with texts as labels.
+    """Raise ValueError unless a data set has only variables over its ascending times, with texts as labels.
 
     Times that state no unit are in s, and state it from here on.
     """

@@ -78,7 +78,7 @@ def run_isolated(plan: Plan, options: RunOptions) -> Recording:
 
 
 def _wait_until_closed(process: subprocess.Popen[bytes]) -> str:
-    """Wait until a process that has sent its record has closed its FMUs; return what went wrong, if anything."""
+    """Wait until a process that has sent its record has closed its FMUs; return the error, if there is one."""
     try:
         code = process.wait(CLOSE_TIME)
     except subprocess.TimeoutExpired:

@@ -29,7 +29,7 @@ class Saves:
     Attributes
     ----------
     points
-        Communication points; each state is that of the last point up to it at which all components have completed their
+        Communication points; each state belongs to the last point up to it at which all components have completed their
         steps.
     file, every
         File of automatic checkpoints, each replacing the previous one, and wall-clock time between them (s).

@@ -37,7 +37,7 @@ class Outcome:
 
     @property
     def failure(self) -> str | None:
-        """A sentence on the cause of an unplanned early end; None without one."""
+        """A sentence on the cause of an unplanned early end; None if there was none."""
         if self.status == "failed":
             return f"{self.component} failed at t = {self.time:.12g} s: {self.reason}"
         return f"interrupted at t = {self.time:.12g} s" if self.status == "interrupted" else None

@@ -150,7 +150,7 @@ class Simulator:
         return settle(self.master, plan.assembly, step, plan.first, plan.begin)
 
     def advance(self, first: int, stop: int, observers: Sequence[Observer] = ()) -> None:
-        """Run the points from `first` up to but not including `stop`, and step from each but the last of the plan.
+        """Run the points from `first` up to but not including `stop`, and step from all except the last of the plan.
 
         Raises
         ------
@@ -169,9 +169,9 @@ class Simulator:
     def end(self, failed: StepFailed) -> float:
         """Record the end of a run that a component ended in a step, and return its time (s).
 
-        By FMI, the values are then those at the time that the component states, from t to t + h in a step from t. If it
-        states no time, or none within the step, the end is t. If one of several components ends the run within a step,
-        the others have no values at that time, and the record ends at t.
+        According to FMI, the values then belong to the time that the component states, from t to t + h in a step from
+        t. If it states no time, or none within the step, the end is t. If one of several components ends the run within
+        a step, the others have no values at that time, and the record ends at t.
         """
         master, n, begin = self.master, self.recorder.reached, failed.time
         i, end = master.position(failed.component), math.nan if failed.end is None else failed.end

@@ -1,8 +1,8 @@
 """The systems of an archive as a single system: components, connections, signals and values by the names of components.
 
-A connector of the outermost system that feeds inputs is a signal. Its value takes precedence over those of the inputs,
-which are connected. If a variable has several values, the value of the outer system applies; if several sets of a
-system contain it, the last one applies.
+A connector of the outermost system that feeds inputs is a signal. Its value takes precedence over the values of the
+inputs, which are connected. If a variable has several values, the value of the outer system applies; if several sets of
+a system contain it, the last one applies.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class FlatSystem:
         return tuple(Component(name, str(self.files[name]), every[name]) for name in names)
 
     def remarks(self) -> tuple[str, ...]:
-        """Return notices on what does not run as the document states, after `values` was called."""
+        """Return notices on everything that does not run as the document states, after `values` was called."""
         elements = self.hierarchy.components.items()
         exchanged = [name for name, (_, element, _) in elements if element.get("implementation") == "ModelExchange"]
         notices = [f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged]
@@ -92,7 +92,7 @@ class FlatSystem:
         return tuple(notices)
 
     def _contradictions(self) -> list[str]:
-        """Return connectors of components with a kind or a type other than that of the FMU's variable."""
+        """Return connectors of components whose kind or type differs from the FMU's variable."""
         found = []
         for node, connector in self.hierarchy.connectors.items():
             port = self._port(node) if node.kind == "component" else None

@@ -57,7 +57,7 @@ class Connector(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A connection of two connectors, in any direction; indices are those of an element of an array.
+    """A connection of two connectors, in any direction; indices refer to an element of an array.
 
     `place` is the path of the system whose connection it is.
     """
@@ -150,9 +150,9 @@ class Hierarchy:
         return [node for node in nodes if (node[:2] == OUTERMOST) == outermost]
 
     def resolve(self, path: str, name: str) -> Node | None:
-        """Return the connector with a hierarchical name in a system or a component; None without such an element.
+        """Return the connector with a hierarchical name in a system or a component; None if there is no such element.
 
-        A name is that of a connector of the system itself, or begins with the name of an element and a dot.
+        A name belongs to a connector of the system itself, or begins with the name of an element and a dot.
         """
         if path in self.components:
             return Node("component", path, name)

@@ -23,8 +23,8 @@ SUPPLIES = {"output": True, "calculatedParameter": True} | dict.fromkeys(
 class Route(NamedTuple):
     """The route of a value from a source to a connector, with the law that it passes.
 
-    `presumed` is the unit at the source that the law presumes, and `unit` the unit after it, None without a unit.
-    Indices are those of an element of an array.
+    `presumed` is the unit at the source that the law presumes, and `unit` the unit after it, or None if it has no unit.
+    Indices refer to an element of an array.
     """
 
     source: Node
@@ -60,7 +60,7 @@ class Nets:
         self.delivered: dict[Node, Route] = {}  # to each connector of the outermost system that an output reaches
 
     def _check_direction(self, link: Link) -> None:
-        """Raise a ValueError unless one end of a connection can supply the value and the other take it.
+        """Raise a ValueError unless one end of a connection can supply the value and the other can receive it.
 
         Two components are checked with the whole system, by the variables of their FMUs.
         """
@@ -119,7 +119,7 @@ class Nets:
         return list(self._spread(start, self.unit(start), claims=True))
 
     def below(self, node: Node, unit: Unit | None) -> list[Route]:
-        """Return the routes onward from a connector; `unit` is that of its value."""
+        """Return the routes onward from a connector; `unit` is the unit of its value."""
         return list(self._spread(node, self.unit(node) or unit, claims=False))
 
     def _spread(self, start: Node, unit: Unit | None, claims: bool) -> Iterator[Route]:

@@ -93,7 +93,7 @@ def _experiment(
 
 
 def _step(root: Any, fmu_steps: Iterable[float | None]) -> float | None:
-    """Return the communication step: that of an annotation, or the shortest step of an FMU."""
+    """Return the communication step: the step of an annotation, or the shortest step of an FMU."""
     for path, name in (
         (f".//{MASTER}", "stepSize"),
         (".//osp:FixedStepAlgorithm", "baseStepSize"),

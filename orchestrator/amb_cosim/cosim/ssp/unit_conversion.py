@@ -28,7 +28,7 @@ class Unit(NamedTuple):
 
 
 def unit_definitions(root: Any, prefix: str) -> dict[str, UnitDefinition]:
-    """Return the definitions of a document's units by name; `prefix` is that of the document's namespace."""
+    """Return the definitions of a document's units by name; `prefix` is the prefix of the document's namespace."""
     return {
         unit.get("name"): (
             *(float(base.get(name, 0.0)) for name in SI),
@@ -41,9 +41,9 @@ def unit_definitions(root: Any, prefix: str) -> dict[str, UnitDefinition]:
 
 
 def unit_of(name: str | None, *definitions: Mapping[str, UnitDefinition]) -> Unit | None:
-    """Return a unit with the first definition of its name; None without a name, and for `-`.
+    """Return a unit with the first definition of its name; None if it has no name, or for the name `-`.
 
-    A name in brackets, `[m]`, without a definition is that of the unit in them, as tools for requirements write it.
+    A name in brackets, `[m]`, without a definition means the unit in the brackets, as tools for requirements write it.
     """
     if not name or name == "-":
         return None

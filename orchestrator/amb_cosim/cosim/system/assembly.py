@@ -26,7 +26,7 @@ from amb_files.checks import errors_in
 class Assembly:
     """A system with the FMUs of its components, checked against their interfaces.
 
-    `options` are those that its models were made with, see `model_source`.
+    `options` are the options with which its models were made, see `model_source`.
     """
 
     system: System
@@ -49,7 +49,7 @@ class Assembly:
     def sources(self) -> dict[str, tuple[str, Any]]:
         """Name and content, as JSON data, of everything that the FMUs are made from, by kind: `rotor`, `FMU of motor`.
 
-        The content of a file other than TOML is its digest.
+        The digest represents the content of a file other than TOML.
         """
         result = {}
         for c in self.system.components:

@@ -114,7 +114,7 @@ class Assignments:
         self.set_or_drop(name, raw, only="input")
 
     def drops(self, name: str, only: str | None = None) -> bool:
-        """Return whether the FMU `lacks` what a name matches; the name is then in `dropped`."""
+        """Return whether the FMU `lacks` the variables that a name matches; the name is then in `dropped`."""
         dropped = self.lacks(name, only)
         if dropped and name not in self.dropped:
             self.dropped.append(name)
@@ -123,7 +123,7 @@ class Assignments:
     def lacks(self, name: str, only: str | None = None) -> bool:
         """Return whether a replacing component has nothing that `name` matches.
 
-        `only` is the causality of what may match, as in `set`, or `output`.
+        `only` is the causality of the variables that may match, as in `set`, or `output`.
         """
         component, pattern = self.system.divide(name)
         if component not in self.system.replaced or self._text(component, pattern) is not None:
@@ -132,7 +132,7 @@ class Assignments:
         return not matching_names(names, pattern)
 
     def missing(self, name: str) -> str:
-        """Return what the FMU of a component lacks, and similar names that it has."""
+        """Return the variables that the FMU of a component lacks, and similar names that it has."""
         component, pattern = self.system.divide(name)
         file = fmu_name(self.system.component(component).fmu)
         return f"{component} ({file}) has no {pattern}, {suggest(pattern, self._settable_names(component))}"

@@ -131,10 +131,10 @@ class Plan:
 
     `parameters` are the parameters of components, `texts` values of their String and Binary variables, `inputs` the
     initial values of signals and scheduled inputs by name, `events` their changes as (point, name, value). Quantities
-    of `stops` are recorded. `notices` report what replacing components lack, `partial_events` the events that are
-    therefore incomplete, `warnings` parameters without effect or in conflict, and approximations. The motion before
-    point 0 is simulated from point `first`, or solved for and simulated for `turn` steps, with the same angle. `period`
-    is the duration of a cycle (s), 0 without cycles; `marks` are points by label.
+    of `stops` are recorded. `notices` report the variables that replacing components lack, `partial_events` the events
+    that are therefore incomplete, `warnings` parameters without effect or in conflict, and approximations. The motion
+    before point 0 is simulated from point `first`, or solved for and simulated for `turn` steps, with the same angle.
+    `period` is the duration of a cycle (s), 0 without cycles; `marks` are points by label.
     """
 
     assembly: Assembly
@@ -194,7 +194,7 @@ class Plan:
 
     @property
     def turn(self) -> int:
-        """Number of steps that are simulated before point 0 after solving for the motion: those of a cycle."""
+        """Number of steps that are simulated before point 0 after solving for the motion: the steps of a cycle."""
         return math.ceil(in_steps(self.period, self.step_size))
 
     @property
@@ -224,7 +224,7 @@ class Plan:
         return values
 
     def port(self, name: str) -> tuple[str, Port]:
-        """Return component and variable of a recorded name; for a shared signal, its own or those of a fed input."""
+        """Return component and variable of a recorded name; for a shared signal, its own or those of an input."""
         component, variable = self.system.split(self.system.first_end(name))
         shared = self.system.signal(name)
         port = None if shared is None else shared.port

@@ -155,7 +155,7 @@ def _settling(experiment: Experiment, common: int) -> tuple[Settling, list[str]]
     Raises
     ------
     ValueError
-        If it must be solved for but cannot be.
+        If the motion must be solved for but cannot be.
     """
     reason = experiment.unsolvable
     if experiment.record_settling:
@@ -305,7 +305,7 @@ def _condition(
 
 
 def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequence[str]) -> tuple[str, ...]:
-    """Return the recorded names; `*` excludes what the system does not record by default."""
+    """Return the recorded names; `*` excludes the outputs that the system does not record by default."""
     for pattern in experiment.recorded:
         if pattern != EVERYTHING and not matching_names(available, pattern):
             raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")

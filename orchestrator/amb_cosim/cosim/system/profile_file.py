@@ -4,7 +4,7 @@
     0,         0.00,                          0.00
     5,         0.12,                         -0.03
 
-The first column is the time; each of the others is an input by its name, with its unit. Between the rows an input is
+The first column is the time; each other column is an input by its name, with its unit. Between the rows an input is
 linear. Rows closer than communication steps are averaged over each step, so that no impulse is lost.
 """
 

@@ -33,7 +33,7 @@ def fitted(
     Raises
     ------
     ValueError
-        If a replacing FMU lacks what others need, or the system is inconsistent (`System.check`).
+        If a replacing FMU lacks variables that others need, or the system is inconsistent (`System.check`).
     """
     if system.replaced:
         before = original(system)

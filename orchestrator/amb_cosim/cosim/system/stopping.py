@@ -1,4 +1,4 @@
-"""Conditions that end a run early: a signal has been above or below a limit for long enough.
+"""Conditions that end a run early: a signal has been above or below a limit for a certain time.
 
 They are checked at every communication point, with the values recorded there.
 """

@@ -65,7 +65,7 @@ class Signal:
     """An exogenous signal that feeds several inputs at once.
 
     With a `port` of its own, its value has that unit and type, and `laws` are factor and offset of the inputs that are
-    not equal to it. Without one, its value is that of its inputs.
+    not equal to it. Without a port, its value is the value of its inputs.
     """
 
     name: str

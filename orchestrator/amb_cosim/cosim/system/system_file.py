@@ -81,7 +81,7 @@ def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> 
 
 
 def is_system(name: str | Path) -> bool:
-    """Return whether a name is that of an included system, or of a file with components or a run."""
+    """Return whether a name belongs to an included system, or to a file with components or a run."""
     path = Path(name)
     keys = read_toml(path, f"file {name}").keys() if path.is_file() else ()
     return str(name) in packaged_systems() or not {"component", "connect", "experiment"}.isdisjoint(keys)
@@ -138,7 +138,7 @@ def _read(name: str, derived: tuple[str, ...] = ()) -> tuple[System, ExperimentT
 
 
 def _overlaid(below: System, table: SystemTable, folder: Path, states: bool) -> System:
-    """Return a system with what a file adds and replaces; paths are relative to its folder.
+    """Return a system with the additions and replacements of a file; paths are relative to its folder.
 
     `states` says whether its parameters are added to `stated`.
     """

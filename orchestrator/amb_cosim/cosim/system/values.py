@@ -48,7 +48,7 @@ def plain_number(raw: Raw) -> float | None:
 
 
 def stated(value: str, raw: Raw) -> str:
-    """Return a converted value for a message, followed by what the user wrote if that has a unit of its own."""
+    """Return a converted value for a message, followed by the user's text if that contains a unit."""
     is_other = isinstance(raw, str) and plain_number(raw) is None and raw.split() != value.split()
     return f"{value} ({raw})" if is_other else value
 
@@ -81,7 +81,7 @@ def convert(raw: Raw, port: Port, name: str) -> float:
 
 
 def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
-    """Convert `raw` to a number in the unit of a variable; units that its FMU declares mean what it declares.
+    """Convert `raw` to a number in the unit of a variable; units that its FMU declares have the declared meaning.
 
     With the FMU's definitions of both units, b = F v + O in the same base units, the number is (F v + O - O') / F'.
     """

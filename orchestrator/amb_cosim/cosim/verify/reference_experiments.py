@@ -29,7 +29,7 @@ Table = dict[str, list[str]]  # columns by their names, as texts
 
 @dataclass(frozen=True)
 class ReferenceExperiment:
-    """An experiment: times in s, None for those of the FMU; values as texts, as in the files.
+    """An experiment: times in s, None for the FMU's times; values as texts, as in the files.
 
     `unread` is the reason why it cannot be run.
     """

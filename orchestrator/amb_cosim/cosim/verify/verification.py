@@ -86,7 +86,8 @@ def verify(fmu: str | Path) -> list[Verified]:
 
     FMPy runs it in a separate process. Values must agree within 1e-6 of a variable's largest reference, or within the
     experiment's `tolerance` if larger (at most 1e-3). Binaries, inputs, and parameters that the experiment sets are not
-    compared; the result names them. References at the start alone verify nothing, nor does a run that ends before them.
+    compared; the result names them. References only at the start verify nothing, and neither does a run that ends
+    before them.
 
     Raises
     ------

@@ -219,7 +219,7 @@ def _inputs(stimuli: Table) -> tuple[dict[str, str], NDArray[Any] | None]:
 
 
 def _value(variable: Any, text: str) -> str:
-    """Return the value of a parameter for FMPy; that of an Enumeration as a number."""
+    """Return the value of a parameter for FMPy; the value of an Enumeration as a number."""
     items = variable.declaredType.items if variable.type == "Enumeration" and variable.declaredType else None
     return next((str(item.value) for item in items or () if item.name == text), text)
 

@@ -175,7 +175,7 @@ def chosen(dataset: Signals) -> list[str]:
 
 
 def _lacks(dataset: Signals, name: str) -> str:
-    """Return what a run lacks for a figure; empty if it lacks nothing."""
+    """Return the data that a run lacks for a figure; empty if it lacks none."""
     if name in ("contact", "whirl") and not _is_touched(dataset):
         return "the rotor touched nothing"
     if name == "energy" and energies(dataset) is None:

@@ -141,7 +141,7 @@ def fall_interval(dataset: Signals, times: Array | None = None) -> tuple[float, 
     """Return the limits of the time axis between which the first impacts of a fall are enlarged.
 
     The result is None for a run without a fall, or if this part is nearly the whole run or has too few samples for a
-    curve. The samples are those of the data set, unless the curves have others.
+    curve. The samples are those of the data set, unless the curves have their own.
     """
     first, times = first_impacts(dataset), time_values(dataset) if times is None else times
     if first is None:
@@ -170,7 +170,7 @@ def _cycle_length(dataset: Signals) -> float:
 
 
 def _time_limits(dataset: Signals) -> tuple[float, float]:
-    """Return the limits of the time axis: those that the scenario requests, or those of the run."""
+    """Return the limits of the time axis: the ones that the scenario requests, or the limits of the run."""
     if "plot_cycles" in dataset.attrs:
         begin, end = dataset.attrs["plot_cycles"]
         return float(begin) * _cycle_length(dataset), float(end) * _cycle_length(dataset)
@@ -208,7 +208,7 @@ def mark_events(axes: Axes, dataset: Signals) -> None:
 
 
 def name_events(axes: Axes, dataset: Signals) -> None:
-    """Write the names of the events of `mark_events` above the axes, whose limits must be those of the figure."""
+    """Write the names of the events of `mark_events` above the axes, whose limits must equal those of the figure."""
     write_events(axes, event_times(dataset).items())
 
 

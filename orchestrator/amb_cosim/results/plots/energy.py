@@ -35,7 +35,7 @@ NODAL_IMPACTS = "lost in impacts\n(nodal rule: may\nbe negative)"
 def energy(dataset: Signals) -> Figure:
     """Draw the stored energy; below it, since cycle 0, work, heat and the error of the balance.
 
-    The energy of a free spin is a curve of its own, beside that of the lateral motion. Under the nodal impact rule
+    The energy of a free spin is a separate curve, beside the energy of the lateral motion. Under the nodal impact rule
     impacts may create energy, so that their energy is not heat.
     """
     figure = StyledFigure(figsize=(7.0, 4.6), layout="constrained")

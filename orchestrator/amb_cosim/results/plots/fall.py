@@ -183,7 +183,7 @@ def _seen(dataset: Signals, station: Station) -> Array:
 
 
 def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -> bool:
-    """Draw the path of the journal, that of a moving housing, and the clearance about its position at rest.
+    """Draw the path of the journal, the path of a moving housing, and the clearance about its position at rest.
 
     Return whether the path has dots.
     """

@@ -175,7 +175,7 @@ def _draw_speed(panel: Axes, dataset: Signals) -> None:
 def run_parts(dataset: Signals) -> list[tuple[str, str, Bools]]:
     """Return name, colour and samples of the parts of a run: before the disturbance, from it on, after the relief.
 
-    A run without both is divided when ROLAC is switched on, if at all. Adjacent parts share a sample.
+    A run that lacks these events is divided when ROLAC is switched on, if at all. Adjacent parts share a sample.
     """
     cycle = cycles(dataset)
     disturbance, relief = dataset.attrs.get("disturbance_cycle"), dataset.attrs.get("relief_cycle")

@@ -91,7 +91,7 @@ def _short(names: list[str], name: str) -> str:
 
 
 def _heading(selection: Selection, names: list[str]) -> str:
-    """Return the description of a single variable, or what those of several have in common, or their number."""
+    """Return the description of a single variable, or the common words of several, or their number."""
     if len(names) == 1:
         description = str(selection.dataset[names[0]].attrs.get("description", ""))
         return f"{names[0]}: {description}" if description else names[0]

@@ -56,7 +56,7 @@ def turns(dataset: Signals) -> Figure:
 def whirl_direction(path: Array) -> str:
     """Return `forward whirl`, `backward whirl` or `to and fro`, by the area that a motion, shape (2, n), encloses.
 
-    The motion is to and fro if the area is less than 5 % of that of a circle of the same size.
+    The motion is to and fro if the area is less than 5 % of the area of a circle of the same size.
     """
     x, y = path - path.mean(axis=1, keepdims=True)
     area = 0.5 * float(np.sum(x[:-1] * np.diff(y) - y[:-1] * np.diff(x)))

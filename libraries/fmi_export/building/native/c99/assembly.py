@@ -1,8 +1,8 @@
 """Reads LLVM assembly, as `lowering` writes it: types, constants, operands, functions with their blocks.
 
-It supports only what kernels consist of: integers of 1, 8, 16, 32 and 64 bits, double, addresses, arrays and structures
-of these. Anything else is a ValueError that names it. Attributes and metadata, which only permit optimisations, are
-skipped.
+It supports only the types that kernels use: integers of 1, 8, 16, 32 and 64 bits, double, addresses, arrays and
+structures of these. Anything else is a ValueError that names it. Attributes and metadata, which only permit
+optimisations, are skipped.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ LITERALS = ("true", "false", "null", "undef", "poison", "zeroinitializer")
 
 @dataclass(frozen=True)
 class Type:
-    """A type: `void`, `ptr`, `double`, `i1` to `i64`, or `array` and `struct` with those of their elements."""
+    """A type: `void`, `ptr`, `double`, `i1` to `i64`, or `array` and `struct` with the types of their elements."""
 
     kind: str
     elements: tuple[Type, ...] = ()

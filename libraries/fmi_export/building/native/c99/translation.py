@@ -6,8 +6,8 @@ every phi to the second, since they change at once. `instructions.py` and `calls
 values, and `translated.h` contains the macros of the generated code.
 
 Floating-point operations keep the order of the assembly and call C's mathematical library. If the compiler neither
-contracts nor reorders them, the bits equal those of LLVM's machine code. Vectors are not supported; `lowering`
-generates none.
+contracts nor reorders them, the results equal those of LLVM's machine code bit by bit. Vectors are not supported;
+`lowering` generates none.
 """
 
 from __future__ import annotations
