@@ -1,7 +1,7 @@
 """Components of an assembly and their connections.
 
 A variable of a part is called `component.variable`. Each input of a part is fed by an output of a part (a connection)
-or by an input of the assembly, which has the name of its shared signal or a separate name.
+or by an input of the assembly, which is called by the name of its shared signal or by a separate name.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Composite:
 
     @property
     def slopes(self) -> dict[str, str]:
-        """Inputs of the assembly that have a slope within a step, with the input for the slope."""
+        """Inputs of the assembly that have a slope within a step, each with the input for its slope."""
         fed = ((self.sources[name], self.sources.get(name + SLOPE, "")) for name in self.part_inputs)
         return {source: slope for source, slope in fed if source in self.inputs and slope in self.inputs}
 

@@ -1,6 +1,6 @@
 """Complex arithmetic with the same bits compiled and in plain Python.
 
-Products and sums always have the same bits. Quotients do not, because numba, C and Python divide complex numbers
+Products and sums always give the same bits. Quotients do not, because numba, C and Python divide complex numbers
 differently.
 """
 

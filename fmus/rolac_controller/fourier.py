@@ -239,8 +239,8 @@ def transform(window: Window, harmonics: Records, Q: Complex) -> None:
     harmonics
         Records HARMONIC that the window was filled with, shape (N_HARMONICS,); the first order 0 ends them.
     Q
-        Receives the components, shape (N_HARMONICS, n_sensors) (m). It is not changed while the window has
-        less than a revolution, nor for a harmonic whose period has fewer than `FEWEST_SAMPLES` samples.
+        Receives the components, shape (N_HARMONICS, n_sensors) (m). It is not changed while the window covers less than
+        a revolution, nor for a harmonic whose period covers fewer than `FEWEST_SAMPLES` samples.
     """
     samples = samples_of_revolution(window)
     if samples == 0.0:

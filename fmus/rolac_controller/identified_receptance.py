@@ -127,7 +127,7 @@ def evaluate(parameters: Parameters, memory: IdentificationMemory, H: Complex, s
 def divide_by_force(Q: Complex, number: int, force: complex, R: Complex) -> None:
     """Compute R of a harmonic from the means of all slots, shape (n_axes + 2, N_HARMONICS, n_sensors) (6.7).
 
-    The first and last slots have no test force; slot 1 + k has it on axis k.
+    The first and last slots have no test force; slot 1 + k applies it to axis k.
     """
     if force == 0.0:
         return

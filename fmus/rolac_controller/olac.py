@@ -2,7 +2,7 @@
 
     U <- U + H(Omega) Q     where |Q - Q a revolution before| <= steadiness |Q|
 
-After an update the next comparison needs two revolutions of new data, which gives the rotor time to settle.
+After an update the next comparison requires two revolutions of new data, which gives the rotor time to settle.
 """
 
 from __future__ import annotations

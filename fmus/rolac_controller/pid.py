@@ -70,7 +70,7 @@ def pid_current(gains: np.record, direct: float, memory: np.record, setpoint: fl
     gains
         Record GAINS of the axis.
     direct
-        The parameter `pid.direct`: whether k_p and k_d are used in place of K_b + K_s and C_b.
+        The parameter `pid.direct`: whether k_p and k_d are used instead of K_b + K_s and C_b.
     memory
         Record PID_MEMORY of the axis.
     setpoint

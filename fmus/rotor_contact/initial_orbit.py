@@ -1,4 +1,4 @@
-"""Start of the rotor: at rest, or on the orbit that it would have without retainers."""
+"""Start of the rotor: at rest, or on the orbit that it would follow without retainers."""
 
 from __future__ import annotations
 

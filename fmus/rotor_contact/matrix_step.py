@@ -4,8 +4,8 @@ At a constant speed, a whole step is one product if nothing happens in it (`exac
 step, a half, a quarter and so on, and begins where the last one ended. If its forces are not smooth, a shorter one is
 tried; after a smooth one, twice its length. If a contact event occurs in it, or the step ends before it does, it is cut
 there (`piece_cut`), provided that it is short enough for a series of its motion; otherwise shorter pieces lead up to
-the event. `substeps` integrates where the shortest piece cannot be solved, and contact under a force law, which the
-matrices do not know, to the end of the step.
+the event. `substeps` integrates to the end of the step where the shortest piece cannot be solved, and if contact
+follows a force law, which the matrices do not contain.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def _advance_by_pieces(
     step_size: float,
     memory: np.record,
 ) -> int:
-    """Advance z by pieces, where the matrices are complete; return a fault code."""
+    """Advance z by pieces where the matrices are complete; return a fault code."""
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
     z, z_new, finest = stages.z, stages.z_new, int(sizes.n_levels) - 1
     theta, Omega = w.motion.theta, w.motion.Omega

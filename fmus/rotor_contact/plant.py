@@ -291,7 +291,7 @@ def model_for(planes: Planes) -> Model:
     Raises
     ------
     ValueError
-        If it has more sites than fault codes.
+        If it has more sites than there are fault codes.
     """
     if len(planes.sites) > MAX_SITES:
         raise ValueError(f"{len(planes.sites)} contact sites is not allowed; it must be at most {MAX_SITES}")

@@ -1,7 +1,7 @@
 """Reads CSV tables as tools and spreadsheets of any country save them.
 
-Columns are separated by commas, semicolons or tabs. Numbers have decimal points, or decimal commas throughout, as in a
-German spreadsheet. An ambiguous number is refused: `1,500` by itself may be 1500 or 1.5.
+Columns are separated by commas, semicolons or tabs. Numbers contain decimal points, or decimal commas throughout, as in
+a German spreadsheet. An ambiguous number is refused: `1,500` by itself may be 1500 or 1.5.
 
 Lines that begin with `#` or `%` are comments. If the first other line contains numbers, the headings are in the last
 comment above it, as `numpy.savetxt` writes them.
@@ -185,7 +185,7 @@ def _separator(text: str) -> str:
 
 
 def _with_points(rows: Rows, name: str) -> Rows:
-    """Return rows with decimal points in place of decimal commas, if all their fractions have decimal commas."""
+    """Return rows with decimal commas replaced by decimal points, if all their fractions use decimal commas."""
     items = [item for row in rows for cell in row if "," in cell for item in cell.split()]
     commas = [item for item in items if COMMA.fullmatch(item)]
     if grouped := next((item for item in items if item.count(",") and _is_grouped(item)), ""):
@@ -205,6 +205,6 @@ def _is_grouped(item: str) -> bool:
 
 
 def _plain(cell: str) -> str:
-    """Return a cell with points in place of commas, if all its items, separated by blanks, are numbers."""
+    """Return a cell with commas replaced by points, if all its items, separated by blanks, are numbers."""
     items: Sequence[str] = cell.split()
     return cell.replace(",", ".") if all(COMMA.fullmatch(i) or re.fullmatch(r"[+-]?\d+", i) for i in items) else cell

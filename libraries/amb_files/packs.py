@@ -209,7 +209,7 @@ def files_of(kind: str, **general: Path) -> PackFiles:
 
 @cache
 def modules_of(name: str, *needed: str) -> dict[str, ModuleType]:
-    """Import the module `name` of each application and pack that has it; return the modules by application or pack.
+    """Import the module `name` of each application and pack that has one; return the modules by application or pack.
 
     Applications come first. A module that cannot be imported, or lacks one of the `needed` names because it has another
     purpose, is skipped with a warning.
@@ -248,7 +248,7 @@ def _quoted(text: str) -> str:
 
 
 def _folders(group: str) -> Iterator[tuple[EntryPoint, Path]]:
-    """Yield the entry points of a group with the folders of their packages; those without a package are skipped.
+    """Yield the entry points of a group with the folders of their packages; entry points without a package are skipped.
 
     Each distribution gets one warning about all skipped entry points, which names the first of them.
     """

@@ -53,7 +53,7 @@ def _create_locked(folder: Path) -> int | None:
 
 
 def _name(token: str) -> str:
-    """Return the name of a folder; it ends with a digest of its beginning, so that no other folder has such a name."""
+    """Return the name of a folder; it ends with a digest of its beginning, so no other folder has such a name."""
     return f"{PREFIX}{token}-{hashlib.sha256(f'{PREFIX}{token}'.encode()).hexdigest()[:16]}"
 
 

@@ -1,12 +1,12 @@
 """A ball bearing under a force: loads of its balls, displacement, pressure, and its static rating.
 
-Balls lie at the angles phi_j. The centres of the grooves have the distance B = (f_i + f_o - 1) D, and the contact angle
-without load is alpha. A displacement (x, y, z) of the inner ring changes that distance at ball j to
+Balls lie at the angles phi_j. The centres of the grooves are at the distance B = (f_i + f_o - 1) D, and the contact
+angle without load is alpha. A displacement (x, y, z) of the inner ring changes that distance at ball j to
 
     s_j = hypot(B cos(alpha) - P_d/2 + x cos(phi_j) + y sin(phi_j),  B sin(alpha) +- z)
     Q_j = K max(s_j - B, 0)^1.5
 
-along the line of the centres, + in the first row and - in the second of a pair. The inner ring gets the force -Q_j.
+along the line of the centres, + in the first row and - in the second of a pair. The force -Q_j acts on the inner ring.
 Under an axial force alone every ball of a row carries Q = F_a/(Z sin(alpha)), with the angle alpha under that load.
 Rings are rigid and the balls have no mass, so forces are quasi-static. The rings do not tilt, and the shoulders of the
 grooves are as high as the balls' contacts require. Source: T. A. Harris, Rolling Bearing Analysis, chapters on load

@@ -31,7 +31,7 @@ def copy(source: Array, target: Array) -> None:
 def same_bits(a: Array, b: Array) -> bool:
     """Return whether two flat arrays of the same size are equal in every bit.
 
-    It makes four independent comparisons at once.
+    It makes four independent comparisons at a time.
     """
     size = a.shape[0]
     p = q = r = s = np.int64(0)

@@ -95,7 +95,8 @@ class Interface:
         Raises
         ------
         ValueError
-            If an output initially depends on parts that it lacks: no other interface of the model has them either.
+            If an output initially depends on parts that it lacks, because then no other interface of the model has them
+            either.
         """
         for v in self.of("output"):
             missing = [name for name in _declared_dependencies(v) or () if self._lacks(name)]
@@ -105,7 +106,7 @@ class Interface:
 
     @cached_property
     def enumerations(self) -> dict[str, Enumeration]:
-        """The enumerations that variables have, by name, in the order of the table."""
+        """The enumerations of the variables, by name, in the order of the table."""
         return {v.enumeration.name: v.enumeration for v in self.variables if v.enumeration}
 
     @cached_property

@@ -51,7 +51,7 @@ class Model:
         Sizes of the state and of the scratch array, both float64; functions where they depend on the constants.
     faults
         Text for each fault code of the kernels; `{name}` in it is replaced by that variable's value, and `{step_size}`
-        by the communication step (s). Outputs in it have the values of the call that returned the fault.
+        by the communication step (s). Outputs in it show the values of the call that returned the fault.
     packages
         Names of the packages that the kernels need; they are included in the FMU. The first one contains the script
         that PythonFMU loads, `<name>_fmu.py`.
@@ -250,7 +250,7 @@ class Instance:
         return filled(self.model.faults.get(code, f"fault {code}"), self._named)
 
     def _named(self, name: str) -> float:
-        """Return the value of a name in the text of a fault; outputs have the kernel's values."""
+        """Return the value of a name in the text of a fault; for outputs, the kernel's value."""
         if name == STEP_SIZE:
             return self._step_size
         i = self.model.interface.position[name] - self._inputs_range[3]

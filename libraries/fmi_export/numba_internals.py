@@ -13,7 +13,7 @@ together all compile the same code, which takes each of them a minute. Without i
 
 **Code for arrays at places known only in a kernel** (`lower_array_functions`, of `numba.core` and
 `numba.np.arrayobj`). Slices, `view` and `reshape` do the same with divisions and branches. Without it a step takes
-longer, with the same bits.
+longer; the results have the same bits.
 
 **No machine code** (`compile_nothing`, methods of `numba.core.codegen`, and the names that numba gives to its functions
 in the assembly, see `building.native.lowering`). By default numba links, optimises and compiles each function with
@@ -190,7 +190,7 @@ _NOWHERE = ctypes.create_string_buffer(8)  # the address of machine code that do
 def compile_nothing() -> None:
     """Let numba's libraries contain only their function; their text includes everything that it calls.
 
-    This is for a process that lowers kernels but runs none.
+    This is for a process that lowers kernels but does not run any.
     """
     codegen: Any = importlib.import_module("numba.core.codegen")
     caching: Any = importlib.import_module("numba.core.caching")

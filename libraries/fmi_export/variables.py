@@ -68,7 +68,7 @@ class Variable:
 
     `initially_depends_on` of an output lists the parameters and inputs that its value depends on at initialisation,
     the InitialUnknowns of FMI: variables, or `sites[*].clearance` for those of all `repeated` parts; with None, it may
-    depend on all of them. `initially_equals` names the parameter or input whose value it has then. Both describe a
+    depend on all of them. `initially_equals` names the parameter or input whose value it then takes. Both describe a
     successful initialisation.
 
     `display_unit` of a Real is its display unit, if it is not the usual one of its unit (`building.units.DISPLAYED`).

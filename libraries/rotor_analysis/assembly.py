@@ -141,7 +141,7 @@ class Matrices:
         return model
 
     def viscous(self) -> Matrices:
-        """Return this free rotor with viscous damping in place of hysteretic damping, for motion in time."""
+        """Return this free rotor with viscous damping instead of hysteretic damping, for motion in time."""
         if self.hysteresis is None:
             return self
         C, R = self.hysteresis.viscous(self.M)
@@ -230,7 +230,7 @@ def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:
 
 
 def with_bearings(model: Matrices, bearings: Iterable[Bearing]) -> Matrices:
-    """Return a model with bearings, whose nodes must have translations in it."""
+    """Return a model with bearings, at whose nodes it must have translations."""
     for bearing in bearings:
         if bearing.at_speed:
             selection = np.eye(model.size)[model.rows((bearing.node,))]

@@ -65,7 +65,7 @@ def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
 
     |Im lambda_k(Omega)| = Omega,  (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0
 
-    A crossing between two speeds is refined by root finding on the eigenproblem (Brent's method), where the mode is
+    A crossing between two speeds is refined by root finding on the eigenproblem (Brent's method), in which the mode is
     identified by its shape. Two crossings of a mode between adjacent speeds are not found.
 
     Parameters

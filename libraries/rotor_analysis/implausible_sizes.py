@@ -1,4 +1,4 @@
-"""Sizes and materials of a rotor that no machine has, with their likely cause: another unit in the rotor file."""
+"""Implausible sizes and materials of a rotor, with their likely cause: another unit in the rotor file."""
 
 from __future__ import annotations
 

@@ -75,12 +75,12 @@ class ShapeSpace:
 def space_with_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...], accuracy: float) -> ShapeSpace:
     """Return the space with a number of elastic modes and the residual shapes of forces at nodes.
 
-    Residual shapes are left out where that changes no static elastic displacement by more than `accuracy`.
+    Residual shapes are left out if this changes no static elastic displacement by more than `accuracy`.
 
     Raises
     ------
     ValueError
-        If the rotor has fewer modes.
+        If the rotor does not have that many modes.
     """
     most = len(rotor.frequencies)
     if not 0 <= count <= most:

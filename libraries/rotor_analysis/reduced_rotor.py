@@ -102,7 +102,7 @@ def with_modes_up_to(rotor: Rotor, highest: float) -> Rotor:
     """Return the rotor whose plant has all free modes up to a frequency (rad/s), for analyses of its control.
 
     The modes above act through their residual shapes, all of which are retained (`modal_reduction`). A rotor with a
-    node without inertia, or without reduction, is returned unchanged: it has all elements.
+    node without inertia, or without reduction, is returned unchanged, because it contains all elements.
     """
     full = assemble(rotor)
     if rotor.reduction.method == "none" or lacks_inertia(full.M, full.K):

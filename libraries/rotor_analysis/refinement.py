@@ -4,7 +4,7 @@ Near a resonance a response is h = a/(x - x_0 - j sigma), so that the inverse of
 
     |h|^-2 = ((x - x_0)^2 + sigma^2)/|a|^2                                                        (1)
 
-Through three samples it gives x_0 and sigma even of a peak that is much sharper than their distances. If the parabola
+Three samples determine x_0 and sigma, even of a peak that is much sharper than their distances. If the parabola
 predicts a higher maximum than the samples, or they are too far apart, samples are added at x_0 + sigma tan(psi), which
 divides the circle of h evenly, and halfway between a maximum and a neighbour that is less than half as high.
 

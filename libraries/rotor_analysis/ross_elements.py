@@ -1,7 +1,7 @@
 """The elements in a file saved by ROSS, and their features that a rotor file cannot describe.
 
 ROSS (ross-rotordynamics, 2.3 to 3.1) counts nodes from 0 and lists shaft elements by node, several per node if sleeves
-bend with the shaft. Its elements have six degrees of freedom per node; a rotor file has the four of bending.
+bend with the shaft. Its elements have six degrees of freedom per node; a rotor file has only the four of bending.
 """
 
 from __future__ import annotations

@@ -35,8 +35,8 @@ def read_ross(path: Path, frequency: float | None = None) -> ImportedRotor:
     path
         The file.
     frequency
-        Whirl frequency (rad/s) at which coefficients over frequency are evaluated, because a rotor file has them only
-        over speed. By default the coefficients of magnetic bearings are evaluated at the lowest frequency of their
+        Whirl frequency (rad/s) at which coefficients over frequency are evaluated, because a rotor file contains them
+        only over speed. By default the coefficients of magnetic bearings are evaluated at the lowest frequency of their
         tables.
 
     Raises
@@ -98,7 +98,7 @@ def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
 
 
 def _non_collocated(bearing: SavedBearing) -> Iterator[str]:
-    """Yield a note on a magnet whose sensors are at another node; ROSS takes its control to act there too."""
+    """Yield a note on a magnet whose sensors are at another node; ROSS assumes that its control acts there, too."""
     magnet = magnet_of(bearing)
     if magnet is not None and magnet.sensor_node != bearing.n:
         yield (
@@ -160,7 +160,7 @@ def _shaft(elements: list[SavedShaftElement]) -> dict[str, Any]:
 
 
 def _damping(element: SavedShaftElement) -> dict[str, Any]:
-    """Return the table `damping`, or nothing without damping; ROSS has damping in the fixed frame."""
+    """Return the table `damping`, or nothing if there is none; ROSS defines damping in the fixed frame."""
     values = {"mass": element.alpha, "stiffness": element.beta}
     return {"damping": values | {"rotating": 0.0}} if any(values.values()) else {}
 

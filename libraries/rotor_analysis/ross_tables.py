@@ -48,7 +48,7 @@ def beyond_saved(bearing: SavedBearing) -> Iterator[str]:
 
 
 def _names(bearing: SavedBearing) -> list[str]:
-    """Return the names of the coefficients that a bearing has."""
+    """Return the names of the coefficients of a bearing."""
     return [f"{letter}{axes}" for letter in "kcm" for axes in AXES if getattr(bearing, f"{letter}{axes}")]
 
 

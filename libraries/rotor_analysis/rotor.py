@@ -210,7 +210,7 @@ class Rotor:
             yield "faces require a [thrust_disc]; without one the rotor does not move along its shaft"
 
     def _fields_on(self, shaft: Shaft) -> dict[str, Any]:
-        """Return the fields of this rotor on another mesh of its shaft, which must have the required nodes."""
+        """Return the fields of this rotor on another mesh of its shaft, which must contain the required nodes."""
 
         def number(node: int, z: float | None = None) -> int:
             position = self.shaft.nodes[node - 1] if z is None else z

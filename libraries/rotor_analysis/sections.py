@@ -14,7 +14,7 @@ SAME_PLACE = 1e-9  # m; positions this close are the same
 
 @dataclass(frozen=True)
 class ElementSection:
-    """The section of an element, which may change along it, and the name of its material; without its position."""
+    """The section of an element, which may change along it, and the name of its material, but not its position."""
 
     diameter: float
     inner_diameter: float

@@ -1,4 +1,4 @@
-"""Shapes that the modes of the spinning rotor have beyond a space of shapes of the rotor at rest.
+"""Shapes that the modes of the spinning rotor contain beyond a space of shapes of the rotor at rest.
 
 With the M-orthonormal modes Phi of the free rotor at rest, W = diag(omega_k) and Gamma = Omega Phi^T G_1 Phi, circles
 x + i y = Phi p exp(i omega t) of the rotor that spins at Omega obey

@@ -23,7 +23,7 @@ KEPT = 2**26  # bytes of shapes, of the latest speeds
 
 
 class ModesOverSpeed:
-    """The modes of a model at any speed, solved once for all that follow them, up or down.
+    """The modes of a model at any speed, solved once for all tracks that follow them, up or down.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Sampling instants of the controller, which are independent of the communication step.
 
 The instants are t_n = begin + n T with T = `sample_time`; `begin` is the time of the first step. A step [t, t + h) that
-contains an instant takes the sample with its inputs, and the currents hold until the next one:
+contains an instant takes the sample with its inputs, and the currents are held until the next one:
 
     t_n           |               |               |               |
     h = T/4       *   .   .   .   *   .   .   .   *   .   .   .   *        * sample, . nothing changes
@@ -10,9 +10,9 @@ contains an instant takes the sample with its inputs, and the currents hold unti
 An instant at the end of a step belongs to the next one. Masters round: n h differs from t_n in its last digits, and a
 sum of steps drifts by up to n^2 1e-16 h, 2e-5 h after a million steps. The last `TOLERANCE` h of a step therefore count
 as its end: the sample of an instant there is late by at most `TOLERANCE` h, while others are early by up to h. If a sum
-has drifted further, samples are taken a step earlier. With h = T none is lost, because a step takes at most one.
+has drifted further, samples are taken a step earlier. With h = T no sample is lost, because a step takes at most one.
 
-A step longer than T would contain two instants and have inputs for only the first.
+A step longer than T would contain two instants but contain inputs for only the first.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
        | core |<- g_0 + z ->| disc |<- g_0 - z ->| core |
                                 |---> z, F
 
-Each magnet has two ring-shaped poles of area A about the shaft, with the coil between them, and N turns. Its flux
+Each magnet consists of two ring-shaped poles of area A about the shaft, with a coil of N turns between them. Its flux
 passes the gap twice, so with ideal iron
 
     B_+- = min(mu_0 N (I_0 +- i)/(2 (g_0 -+ z)), B_sat)                          (1)

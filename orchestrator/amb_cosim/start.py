@@ -36,6 +36,6 @@ def main() -> None:
 
 
 def _end(number: int, _: object) -> None:
-    """End the process at once: an exception would be lost in some imports, and displayed with a traceback by others."""
+    """End the process at once, because some imports would lose an exception, and others would display its traceback."""
     os.write(2, b"amb-cosim: interrupted\n")
     os._exit(CODES[signal.Signals(number)])

@@ -131,7 +131,7 @@ def face_motion(w: Workspace, k: int, q: Array, v: Array, Omega: float) -> FaceM
 
 @kernel
 def housing_below(w: Workspace, face: Face) -> int:
-    """Return the row of x of the housing that takes the friction of a face, or -1."""
+    """Return the row of x of the housing that carries the friction of a face, or -1."""
     if face.site >= 0.0 and face.on_mount != 0.0:
         return int(w.sites[int(face.site)].housing)
     return -1

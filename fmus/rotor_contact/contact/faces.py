@@ -13,9 +13,9 @@ all of it for delta > a. Its springs and dampers give, with the rate a' of n R (
     N c/R = k/pi (delta sin p + a (p/2 + sin(2 p)/4)) + d/pi (delta' sin p + a'_1 (p/2 + sin(2 p)/4))
             along n (u - u_s), and d/pi a'_2 (p/2 - sin(2 p)/4) across it
 
-The shaft takes the moment -n N c on its lean, which holds it upright, and -n N h u, since the seat pushes at a height h
-above the centre of mass. With the velocity v of the face and the spin omega relative to its seat, the friction of a
-ring under uniform pressure is, with rho = |v|/(|omega| R), m = 4 rho/(1 + rho)^2,
+The seat exerts the moment -n N c on the shaft's lean, which holds the shaft upright, and -n N h u, since the seat
+pushes at a height h above the centre of mass. With the velocity v of the face and the spin omega relative to its seat,
+the friction of a ring under uniform pressure is, with rho = |v|/(|omega| R), m = 4 rho/(1 + rho)^2,
 
     f = -mu N F v/|v|,    T = -mu N R (D - rho F) sgn(omega),    F = dD/drho,    D = 2 (1 + rho) E(m)/pi   (2)
 

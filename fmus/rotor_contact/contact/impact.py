@@ -53,7 +53,7 @@ def mark_touching(sites: Sites, q: Array, v: Array) -> bool:
 
 @kernel
 def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
-    """Set the radial velocity of each touching node alone to zero (4.22, 4.23), and let it slide.
+    """Set only the radial velocity of each touching node to zero (4.22, 4.23), and let it slide.
 
     This is the rule of the thesis, for fixed retainers. It does not conserve momentum: the rest of the rotor keeps its
     velocity. The reported impulse is the one that Newton's law gives for the same velocity change, without rebound and
@@ -80,7 +80,7 @@ def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
 
 @kernel
 def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
-    """Apply impulses at all touching and closed sites at once; return False if no consistent set exists.
+    """Apply impulses at all touching and closed sites simultaneously; return False if no consistent set exists.
 
     v+ = v- - M^-1 J^T P with n . v+ = -e n . v- at touching sites, n . v+ = 0 at sites already closed, P >= 0 (sites
     that would be pulled are omitted), and a Coulomb impulse that opposes slip and cannot reverse it. The coefficient of
@@ -93,7 +93,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
     v
         Velocities (m/s), changed in place.
     Omega
-        Spin speed (rad/s), where it is prescribed.
+        Spin speed (rad/s), if it is prescribed.
 
     Notes
     -----

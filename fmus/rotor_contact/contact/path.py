@@ -1,6 +1,6 @@
 """The path of a journal between two states: the cubic through both ends with their velocities.
 
-Its error is the fourth derivative times dt^4/384: nanometres over usual steps.
+Its error is the fourth derivative times dt^4/384, which is a few nanometres over usual steps.
 
 With its Bezier points b_0 to b_3, the square of its radius is a polynomial of degree 6 with the Bezier points
 

@@ -1,7 +1,7 @@
 """Response of shaft and bodies to a contact: M^-1 J^T for the forces along n and t, for all degrees of freedom.
 
-The journal takes -N n + T t, its housing the opposite, its race the torque -T (R_s + c), a free spin T R_s. With the
-coupling p of spin and shaft (`bodies`) a force f on the shaft and a torque r T on the spin cause
+The journal receives -N n + T t, its housing the opposite force, its race the torque -T (R_s + c), a free spin T R_s.
+With the coupling p of spin and shaft (`bodies`) a force f on the shaft and a torque r T on the spin cause
 
     q'' = M^-1 f + s g,    Omega' = -g/sqrt(d),    g = s . f - r T/sqrt(d),    s = M^-1 p/sqrt(d),  d = J - p . M^-1 p
 """

@@ -1,7 +1,7 @@
 """Acceleration of the shaft without contact; everything constant over a step is collected once.
 
-docs/theory/rotor.md has the equation of motion, with rotating damping. The work of the rotating damping comes from the
-spin: above a critical speed its force R J q drives the rotor into forward whirl.
+docs/theory/rotor.md states the equation of motion, with rotating damping. The work of the rotating damping comes from
+the spin: above a critical speed its force R J q drives the rotor into forward whirl.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ def add_bearings(Minv: Array, bearings: Bearings, with_magnets: bool, K: Array, 
 
 @kernel
 def passive_limit(Minv: Array, bearings: Bearings, longest: float) -> float:
-    """Return the length (s) of a substep that resolves all bearings with the mass beside them, at most `longest`."""
+    """Return the length (s) of a substep that resolves all bearings with the adjacent mass, at most `longest`."""
     fastest = 0.0
     for bearing in bearings:
         mobility = Minv[bearing.row, bearing.row]

@@ -46,7 +46,7 @@ TURNS = 2  # first of the four combined rows that is due to unbalances
 def combine_around(matrices: StepMatrices, level: int, index: float) -> None:
     """Combine a level around a point of the grid (`levels_around`), unless this has been done.
 
-    The combined rows are interpolated like all others, so that an interpolated level has the same bits as a product
+    The combined rows are interpolated like all others, so that an interpolated level gives the same bits as a product
     with interpolated rows.
     """
     low, place, inputs = math.floor(index), BLENDS * MAX_LEVELS + level, matrices.sizes[0].inputs

@@ -25,7 +25,7 @@ from rotor_contact.shaft.structure import Structure
 
 @kernel
 def has_powers(matrices: StepMatrices, slot: int) -> bool:
-    """Return whether a slot has these forms."""
+    """Return whether a slot contains these forms."""
     return bool(slot >= FIRST_CONSTANT and matrices.powers.shape[0] > 0)
 
 

@@ -147,7 +147,7 @@ def _add_force(
 ) -> None:
     """Add to `a` the acceleration due to the force of a row of x, which is `cosine` times its initial value.
 
-    An unbalance force has turned: `sine` times the force a right angle ahead is added.
+    An unbalance force has turned: the force a right angle ahead is added, times `sine`.
     """
     sizes = matrices.sizes[0]
     n, m, unit = int(sizes.n), structure.K.shape[0], _unit_of(matrices, row)

@@ -1,7 +1,7 @@
 """Matrices of exact motion between the speeds for which they are built.
 
 P and S (`step_matrices`) depend on the speed through gyroscopic terms, rotating damping and the rotation of the
-unbalance. A constant prescribed speed has matrices of its own (`constant_speed`). Other speeds are rounded to `QUANTUM`
+unbalance. A constant prescribed speed uses separate matrices (`constant_speed`). Other speeds are rounded to `QUANTUM`
 of d below, an error of g d h/4096, so that a level in use is interpolated once for many pieces. The result has the same
 bits as an interpolation in each product.
 

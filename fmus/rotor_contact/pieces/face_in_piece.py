@@ -101,7 +101,7 @@ def settle_face_forces(w: Workspace, matrices: StepMatrices, of_forces: Array) -
 def _add_forces(
     w: Workspace, matrices: StepMatrices, k: int, point: int, f_x: float, f_y: float, m_x: float, m_y: float
 ) -> None:
-    """Add forces and moments of face k on the shaft at a Lobatto point; the housing takes the opposite forces."""
+    """Add forces and moments of face k on the shaft at a Lobatto point; the housing receives the opposite forces."""
     known, at = piece_of(matrices).magnets, int(matrices.sizes[0].n_ports) * point
     place, slope = 2 * (at + port_of_face(matrices, k, 0)), 2 * (at + port_of_face(matrices, k, 1))
     known[place] += f_x

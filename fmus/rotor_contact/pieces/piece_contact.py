@@ -80,7 +80,7 @@ def gradients_change(motion: Motion, matrices: StepMatrices) -> bool:
 
 @kernel
 def magnets_act(w: Workspace, matrices: StepMatrices) -> bool:
-    """Return whether any bearing has a magnetic force, or had one whose gradient is still in the matrices."""
+    """Return whether any bearing exerts a magnetic force, or exerted one whose gradient is still in the matrices."""
     excitation = forces(w.motion)
     for b in range(w.motion.bearings.shape[0]):
         bearing = w.motion.bearings[b]

@@ -4,8 +4,8 @@
 
 K = [[k, Q], [-Q, k]] with Q > 0 drives forward whirl. Their mass is included in the shaft's. K and C are piecewise
 cubic in Omega, constant outside the speeds of a table. Such a stiffness need not have a potential: -v . K q counts as
-work on the rotor, v . C v as heat. A seal may be anywhere on the shaft: its x and y are rows of numbers, S q in place
-of q in (1), and M^-1 S^T f its effect.
+work on the rotor, v . C v as heat. A seal may be anywhere on the shaft: its x and y are rows of numbers, with S q
+instead of q in (1) and the effect M^-1 S^T f.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def add_change_of_seals(seals: Seals, before: float, Omega: float, q: Array, v: 
 def add_missed_between_speeds(
     seals: Seals, low: float, high: float, Omega: float, h: float, z: Array, z_new: Array, n: int
 ) -> None:
-    """Correct z_new after a time h (s) for the coefficients at a speed, in place of interpolated ones.
+    """Correct z_new after a time h (s) to the coefficients at a speed, which replace interpolated ones.
 
         a = -M^-1 S^T (dK S (q + q_new)/2 + dC S (v + v_new)/2),  v_new += h a,  q_new += h^2 a/2            (2)
 

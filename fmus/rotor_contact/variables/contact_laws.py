@@ -4,7 +4,7 @@
     1, 2, ...   `COMPLIANT`, in this order: the classical laws (thesis 4.1 to 4.9, 4.13), for comparison
 
 A law is a function of penetration and rate that returns a `Response`, and a line in `COMPLIANT`, which gives it its
-number. It reads its parameters from the site; `law_parameters` declares them. docs/theory/contact_laws.md has the
+number. It reads its parameters from the site; `law_parameters` declares them. docs/theory/contact_laws.md states the
 equations. With K = k_c / sqrt(delta_c) k_c is the secant stiffness at delta_c of the laws with a power of 3/2; v_s
 there is `RATE_SCALE`.
 """
@@ -27,7 +27,7 @@ class Response(NamedTuple):
     """Response of a contact to its penetration delta >= 0 (m) and its rate (m/s).
 
     force
-        N (N); a negative one would pull, and is cut off.
+        N (N); a negative value would pull, and is cut off.
     push
         A force (N) that is positive where the law pushes the journal, and negative where it would pull. It passes zero
         where the cut gives N a kink: for spring and damper at k_c delta + c_c delta' = 0, for the laws with power 3/2

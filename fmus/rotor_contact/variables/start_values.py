@@ -3,9 +3,9 @@
 A modelDescription declares them as InitialUnknowns; importers use them to solve for start values. A missing dependency
 is an error; an unnecessary one only costs time.
 
-At rest in the centre, only quantities relative to the retainers have dependencies. On its orbit the rotor has the
-deflection due to steady loads and the whirl due to unbalance; journals beyond their clearance are moved back
-individually. Contact forces then depend on everything that accelerates the rotor, including magnetic bearing forces.
+At rest in the centre, only quantities relative to the retainers depend on anything. On its orbit the rotor is deflected
+by steady loads and whirls due to unbalance; journals beyond their clearance are moved back individually. Contact forces
+then depend on everything that accelerates the rotor, including magnetic bearing forces.
 """
 
 from __future__ import annotations

@@ -127,7 +127,7 @@ def identity_of(v: Variable, name: str, reference: int, description: str) -> dic
 
 
 def range_of(v: Variable) -> dict[str, str]:
-    """Return the attributes of a variable's type: units, limits and Enumeration, if it has them."""
+    """Return the attributes of a variable's type: units, limits and Enumeration, as far as it has them."""
     values: dict[str, str] = {}
     if v.type == "Real":
         values["unit"] = v.unit

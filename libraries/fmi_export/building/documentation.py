@@ -28,7 +28,7 @@ img { max-width: 100%; }
 
 
 def documentation(model: Model, licences: Iterable[str] = ()) -> dict[str, bytes]:
-    """Return the files of an FMU's documentation by their paths in it, if its package has them.
+    """Return the files of an FMU's documentation by their paths in it, if its package contains them.
 
     Parameters
     ----------

@@ -9,9 +9,9 @@ Modelica Association (github.com/modelica/ma-hs-experiments):
       stimuli.csv            inputs, each constant
       references.csv         all outputs at the start and after each step, with all digits
 
-It takes ten usual steps from the start values. Inputs with a nominal size (displacements, currents and forces) have
-different values of a few per cent of it. The results were computed by FMPy with the engine of this machine; other C
-libraries differ in the last bits.
+It consists of ten usual steps from the start values. Inputs with a nominal size (displacements, currents and forces)
+are set to different values of a few per cent of it. The results were computed by FMPy with the engine of this machine;
+other C libraries differ in the last bits.
 """
 
 from __future__ import annotations

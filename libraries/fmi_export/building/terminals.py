@@ -16,8 +16,8 @@ NAME = "signals"
 def terminals(table: Interface) -> bytes:
     """Return the file with one terminal, a bus of all inputs and outputs by name.
 
-    Outputs of this project's models have the names of the inputs that they feed: connecting two such buses connects the
-    members that both have, an output to an input.
+    Outputs of this project's models are named after the inputs that they feed, so that connecting two such buses
+    connects the members that both have, an output to an input.
     """
     root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     bus = SubElement(

@@ -166,7 +166,7 @@ def registry(numbers: type = Fraction) -> pint.UnitRegistry:  # type: ignore[typ
 
 
 def parse_unit(unit: str, numbers: type = Fraction) -> pint.Unit:
-    """Return the unit of `registry` with these numbers that a unit in FMI notation stands for.
+    """Return the unit of `registry` with these numbers for a unit in FMI notation.
 
     `.` multiplies, a digit after a letter is an exponent.
 
@@ -201,7 +201,7 @@ def _plain(unit: str) -> str:
 
 
 def _spelled(match: re.Match[str]) -> str:
-    """Return a name with its exponent as pint knows it."""
+    """Return a name with its exponent as pint spells it."""
     if is_ambiguous(match[1]):
         raise ValueError(f"{match[1]} is the name of several units")
     name, exponent = lower_case(match[1]), match[2] or ""
@@ -259,8 +259,8 @@ def to_unit(text: str | float, unit: str, name: str) -> float:
     Raises
     ------
     ValueError
-        If `text` is not a number, has an unknown unit or one of another dimension, or is too large or small to
-        calculate with. Infinities and NaN are left to the caller.
+        If `text` is not a number, has an unknown unit or a unit of another dimension, or is too large or small for
+        calculations. Infinities and NaN are left to the caller.
 
     Examples
     --------
@@ -345,7 +345,7 @@ def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, w
 def _revolution(text_unit: str, unit: str) -> Fraction:
     """Return 2 pi if `text_unit` is a reciprocal time and `unit` an angular velocity, 1/(2 pi) if reversed, or else 1.
 
-    Pint takes a radian as 1, so that 16 Hz would silently become a speed of 16 rad/s.
+    Pint treats a radian as 1, so 16 Hz would silently become a speed of 16 rad/s.
     """
     first, second = (
         {base: power for base, power in base_unit(text).items() if base != "factor"} for text in (text_unit, unit)

@@ -73,7 +73,7 @@ def overlays(runs: Runs) -> dict[str, Figure]:
 def orbits(runs: Runs, bearings: list[str]) -> Figure:
     """Draw the path of the rotor centre at each bearing in one colour per run, and the retainers below them.
 
-    All orbits have the orientation of the first run.
+    All orbits are oriented like those of the first run.
     """
     first = next(iter(runs.values()))
     figure = StyledFigure(figsize=(max(3.7 * len(bearings), 4.5), 4.5), layout="constrained")
@@ -99,7 +99,7 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
 
 
 def displacement(runs: Runs, bearings: list[str]) -> Figure:
-    """Draw the radius over the clearance at each bearing along the run, as a length where no run has a clearance.
+    """Draw the radius over the clearance at each bearing along the run, or as a length if no run has a clearance.
 
     Falls are drawn as heights, or as gaps of upright rotors, with their first impacts enlarged beside them.
     """

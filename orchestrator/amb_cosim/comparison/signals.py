@@ -1,4 +1,4 @@
-"""Comparison of signals of several runs: common ones, their differences, and those that only some have."""
+"""Comparison of signals of several runs: common signals, their differences, and signals that only some runs have."""
 
 from __future__ import annotations
 

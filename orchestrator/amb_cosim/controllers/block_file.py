@@ -159,7 +159,7 @@ def _in_series(channel: Channel, speed: float, warp: Warp, where: str) -> Law:
 
 
 def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
-    """Return gains by ascending speed (rad/s); a single one has the speed 0."""
+    """Return gains by ascending speed (rad/s); a single gain gets the speed 0."""
     if isinstance(channel.gain, int | float):
         gains = [(0.0, float(channel.gain))]
     else:

@@ -101,8 +101,9 @@ def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
 
     Each section has two zeros and two poles, because a polynomial of high order would lose digits. A section with n
     poles and m zeros has the gain a^((n - m)/n), where a is the product of the magnitudes of its poles, so that the
-    signals between sections are of one size. The first section contains the rest of k. If it contained all of k, states
-    would differ by a factor of 1e26 in a low-pass of order 8, and frequency responses would have no correct digit.
+    signals between sections are of similar size. The first section contains the rest of k. If it contained all of k,
+    states would differ by a factor of 1e26 in a low-pass of order 8, and frequency responses would have no correct
+    digit.
     """
     from scipy.signal import zpk2sos
 

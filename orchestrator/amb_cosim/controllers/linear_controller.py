@@ -260,7 +260,7 @@ def _check_method(laws: Mapping[float, Law], given: Mapping[str, object]) -> Non
 
 
 def _laws(K: Any, sampled_arrays: bool) -> dict[float, Law]:
-    """Return the laws by ascending speed; a single one has the speed 0."""
+    """Return the laws by ascending speed; a single law gets the speed 0."""
     if not isinstance(K, Mapping):
         return {0.0: law_of(K, sampled_arrays)}
     if not K:

@@ -45,7 +45,8 @@ def build_assembled(
 ) -> Path:
     """Write an FMU with all components of a system into a folder and return its path.
 
-    It is `levitated_rotor` for controller, actuator and rotor, and otherwise has the name of the system.
+    It is called `levitated_rotor` if it contains controller, actuator and rotor, and otherwise by the name of the
+    system.
 
     Parameters
     ----------

@@ -41,10 +41,10 @@ def build(
         Table with the controller's H, a `ReceptanceTable` or its file; default: that of the scenario, or H of the
         rotor model.
     fmi
-        FMI version of native FMUs, 2 or 3; FMUs of flavour python have 2.
+        FMI version of native FMUs, 2 or 3; FMUs of flavour python use 2.
     scenario
         Provides the start values of parameters and inputs, and the step of the default experiment: a `Scenario`, a name
-        or the path of a TOML or system file. Each FMU then has the name of its component. Events and speed profiles are
+        or the path of a TOML or system file. Each FMU is then named after its component. Events and speed profiles are
         not included.
     arrays
         Whether FMUs of FMI 3.0 have array variables; otherwise each value has a separate reference.

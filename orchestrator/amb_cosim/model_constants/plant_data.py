@@ -64,7 +64,7 @@ def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:
     Raises
     ------
     ValueError
-        If another part of the rotor has the name of such a site.
+        If another part of the rotor already uses the name of such a site.
     """
     declared = {site.stator for site in rotor.sites}
     nodes = {bearing.name: bearing.node for bearing in rotor.bearings}
@@ -176,7 +176,7 @@ def plant_structure(
 
 
 def _require_mass(rotor: Rotor, full: Matrices) -> None:
-    """Raise ValueError if there is a node without mass, which would move at once when its force changes."""
+    """Raise ValueError if a node has no mass, because it would move instantly when its force changes."""
     least = MASSLESS * rotor.mass
     light = [node for node, (x, _) in full.translations.items() if full.M[x, x] <= least]
     if light:

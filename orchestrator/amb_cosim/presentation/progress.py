@@ -36,7 +36,7 @@ class Bars(Progress):
     def starting(self) -> Iterator[threading.Event]:
         """Print that a simulation starts, and the time that this takes, until the yielded event is set.
 
-        Compiling takes minutes, and reports nothing.
+        Compiling takes minutes and reports no progress.
         """
         started, seconds = threading.Event(), self._interval
 

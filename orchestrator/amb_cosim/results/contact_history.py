@@ -149,7 +149,7 @@ def touches_at_the_end(dataset: Signals, last: float) -> bool:
 
 
 def turns_since_change(dataset: Signals) -> float:
-    """Return the turns from the last event, point of the speed or cycle 0 to the end; cycles if the rotor stands."""
+    """Return the turns from the last event, point of the speed or cycle 0 to the end; cycles if it does not rotate."""
     cycle, Omega = cycles(dataset), speed(dataset)
     stands = abs(Omega[-1]) < STANDING * np.abs(Omega).max()
     turned = cycle if stands else turns(dataset)

@@ -1,8 +1,8 @@
 """The strongest vibration in sampled motion that is not periodic with the rotation.
 
-A Hann window of n samples over N turns has lines k/N of the speed, and a vibration has five of them, within `LOBE` = 2.
-The strongest line k that is farther from every multiple of the speed, 0 included, gives the frequency f of a vibration
-that rotation does not force, between this line and its larger neighbour k + s:
+A Hann window of n samples over N turns has lines k/N of the speed, and a vibration covers five of them, within
+`LOBE` = 2. The strongest line k that is farther from every multiple of the speed, 0 included, gives the frequency f of
+a vibration that rotation does not force, between this line and its larger neighbour k + s:
 
     f N = k + s (2 r - 1)/(r + 1),    r = |W_(k+s)|/|W_k|                                         (1)
 

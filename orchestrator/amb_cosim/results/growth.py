@@ -1,4 +1,4 @@
-"""Whether sampled motion has a part that grows exponentially, at any phase and number of periods.
+"""Whether sampled motion contains a part that grows exponentially, at any phase and number of periods.
 
 Free motion of a linear machine, with its steady orbit, rest position and drift, is
 
@@ -50,7 +50,7 @@ def grows(motion: Array, rest: float) -> bool:
 
 
 def _has_growing_part(motion: Array, rest: float) -> bool:
-    """Return whether motion about its mean has a growing part above rest."""
+    """Return whether motion about its mean contains a growing part above rest."""
     n = len(motion)
     z = _poles(motion)
     growing = n * np.log(np.abs(z)) > 0.75 * math.log(GROWTH)

@@ -146,7 +146,7 @@ def notices_of_start(dataset: Signals) -> list[str]:
 
         R_k: largest radius in cycle k,    R_(k+1) < 0.95 R_k for k = 0 to n - 1,    R < 0.95 R_0 from cycle n on
 
-    Only cycles before the first event and the first contact are compared, if they have enough samples.
+    Only cycles before the first event and the first contact are compared, if they contain sufficiently many samples.
     """
     cycle, state = cycles(dataset), signal(dataset, "contact_state")
     events = [float(dataset.attrs.get(f"{role}_cycle", np.inf)) for role in ROLES]
@@ -193,8 +193,8 @@ def notices_of_samples(dataset: Signals) -> list[str]:
 def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
     """Return the synchronous amplitude (mm) at each of `moving_places`, `before` the change and at the `end`.
 
-    It is None where the motion is not synchronous: where the ellipses of the last two revolutions differ by more than
-    `STEADY`. A whirl at another frequency leaks into the ellipse of a single revolution.
+    It is None if the motion is not synchronous, that is, if the ellipses of the last two revolutions differ by more
+    than `STEADY`. A whirl at another frequency leaks into the ellipse of a single revolution.
     """
 
     def in_mm(place: str, when: When) -> float | None:

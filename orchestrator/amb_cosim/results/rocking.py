@@ -10,7 +10,7 @@ in the two quarters before and in the last. The middles of these are 3/8 of the 
 
     a_2 max(1, a_2/a_1)^(8/3) < pi/2                                                              (2)
 
-A quarter must have `SWINGS` periods of the pendulum whose length is the clearance c:
+A quarter must contain `SWINGS` periods of the pendulum whose length is the clearance c:
 
     T = 2 pi sqrt(c/g)                                                                            (3)
 

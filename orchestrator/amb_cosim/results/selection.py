@@ -93,7 +93,7 @@ def select(
 
 
 def to_csv(selection: Selection, path: Path) -> None:
-    """Write a table: the time and the variables, a column each; the first row has names and units."""
+    """Write a table: the time and the variables, a column each; the first row contains names and units."""
     columns = ["time", *selection.names]
     heading = ",".join(f'"{name} [{selection.unit(name)}]"' for name in columns)
     rows = np.column_stack([selection.values(name) for name in columns])

@@ -24,7 +24,7 @@ _CONTROL_ACTS = f"{CONTROLLER}.rolac_active"
 
 
 def finite_signals(dataset: Signals) -> tuple[Signals, tuple[str, ...]]:
-    """Return a record without the signals that have a value not finite or above `LARGEST`, and the names of these.
+    """Return a record without the signals with values that are not finite or exceed `LARGEST`, and their names.
 
     FMUs and files from elsewhere may contain such values, from which no key value or limit of an axis can be computed.
     """
@@ -43,7 +43,7 @@ def _is_finite(values: NDArray[Any]) -> bool:
 
 
 def _samples(dataset: Signals, name: str) -> Samples:
-    """Return the samples of a signal, over the steps if its name says so."""
+    """Return the samples of a signal, over the steps if its name ends accordingly."""
     values = dataset[name]
     return Samples(values.values, values.attrs, EACH_STEP if name.endswith(AT_STEPS) or name == EACH_STEP else "time")
 
@@ -58,7 +58,7 @@ def not_finite(left_out: Sequence[str]) -> str:
 def at_every_step(dataset: Signals) -> Signals:
     """Return the values of every step in a thinned record, over `time` and `cycle`; any other data set unchanged.
 
-    Long runs have rows of several steps, with the largest values, sums and means of these.
+    Long runs contain rows of several steps, with the largest values, sums and means over these.
     """
     if EACH_STEP not in dataset:
         return dataset
@@ -118,7 +118,7 @@ def cycles(dataset: Signals) -> Array:
 
 
 def parameters(dataset: Signals, component: str = PLANT) -> dict[str, Any]:
-    """Return the parameters of a component, by default the plant; none if the run did not have it."""
+    """Return the parameters of a component, by default the plant; none if the run did not contain it."""
     stored = dataset.attrs.get("parameters", "{}")  # JSON, unless the result is only judged
     of_components: Mapping[str, dict[str, Any]] = _decoded(stored) if isinstance(stored, str) else stored
     return of_components.get(component, {})

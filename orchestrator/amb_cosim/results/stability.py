@@ -1,7 +1,7 @@
 """Whether a levitated rotor diverges: its orbit grows, or limits of its currents bound a self-excited vibration.
 
 The end of a run is judged: the time since the last change, the last contact and cycle 0, at least `MIN_CYCLES`. Growth
-is judged only where nothing that excites the rotor from outside its loop changes (`_last_change_outside`).
+is judged only while nothing that excites the rotor from outside its loop changes (`_last_change_outside`).
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def _last_change_outside(dataset: Signals) -> float:
 def _is_steady(values: Array) -> bool:
     """Return whether a signal keeps its mean square, and the mean square of its rate, which changes with its frequency.
 
-    A steady vibration or noise has the same in the first and the last third, within `GROWTH`; one that begins, grows,
+    A steady vibration or noise shows the same in the first and the last third, within `GROWTH`; one that begins, grows,
     fades or sweeps does not.
     """
     for signal_or_rate in (values - values.mean(), np.diff(values)):

@@ -79,16 +79,16 @@ class Summary:
         without disturbance and contact.
     recovery
         What the disturbance led to: contact `prevented`, or `recovered` from. With a disturbance or without: the rotor
-        is `trapped` in contact, or `landed` where no magnet has power at the end; `undecided` where the run ends too
-        early to decide, see `contact_history.recovery`; `unstable` where its orbit grows, or its amplifiers stay at
-        their limits or bound a vibration of its own, see `stability`, and `stator` where it touched the stator. None
-        for a run that ends free without a disturbance, or that broke off.
+        is `trapped` in contact, or `landed` if no magnet has power at the end; `undecided` if the run ends too early to
+        decide, see `contact_history.recovery`; `unstable` if its orbit grows, or its amplifiers stay at their limits or
+        bound a self-excited vibration, see `stability`, and `stator` if it touched the stator. None for a run that ends
+        free without a disturbance, or that broke off.
     rolling_from
         Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of backward motion.
     rolling_on_race_from
         Cycle from which it rolls with a race through a turn of the race or more, without a turn of whirl.
     whirl_speed
-        Mean whirl speed at each site over the last cycle (rad/s); None where the rotor does not touch it at the end.
+        Mean whirl speed at each site over the last cycle (rad/s); None if the rotor does not touch it at the end.
     orbit_before, orbit_after, orbit_largest
         Largest radius at each bearing, and at each retainer that is not in the plane of its bearing, in the cycle
         before the disturbance, in the last cycle, and at any time (mm).

@@ -314,7 +314,7 @@ def _position(after: Signals, site: str) -> Path | None:
 
 
 def _rest(after: Signals, contact: Bools, touched: Sequence[str]) -> float | None:
-    """Return the time after which the rotor keeps its place in its retainers and at all that it touches."""
+    """Return the time after which the rotor stays in place in its retainers and at everything that it touches."""
     last, lying = _last_part(after), _lying(after, contact, dict.fromkeys([*places(after).retainers, *touched]))
     moving = np.zeros(len(last), bool)
     for positions, clearance in lying:

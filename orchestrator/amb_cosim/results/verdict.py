@@ -67,7 +67,7 @@ class Verdict:
         magnets lost their power, which is still off. `stator`: it touched the stator of a magnetic bearing at any time.
         `levitated`: it never touched, or not after the disturbance; `free` is the same for a rotor without magnets, or
         without power at the end. `unstable`: its orbit grows, or its amplifiers stay at their limits or bound a
-        vibration of its own. `failed` and `interrupted`: the run broke off. `completed`: contact was not recorded.
+        self-excited vibration. `failed` and `interrupted`: the run broke off. `completed`: contact was not recorded.
     sentence
         The reason, with its values.
     facts
@@ -184,7 +184,7 @@ def _moment(dataset: Signals, cycle: float) -> str:
 
 
 def _at(dataset: Signals, cycle: float) -> tuple[str, str]:
-    """Return a cycle and its time; where the speed changes, a time and its speed, since cycles count no turns then."""
+    """Return a cycle and its time; if the speed changes, a time and its speed, since cycles then count no turns."""
     time = float(np.interp(cycle, cycles(dataset), dataset["time"].values))
     if not speed_changes(dataset):
         return f"cycle {cycle:.4g}", f"{time:.3g} s"
@@ -235,7 +235,7 @@ def _margin(dataset: Signals, word: Word) -> tuple[str, str] | None:
 
 
 def _force(dataset: Signals) -> tuple[str, str] | None:
-    """Return the largest contact force, averaged where it can be, with its meaning and its band."""
+    """Return the largest contact force, averaged if possible, with its meaning and its band."""
     sites = contact_history.touchable(dataset)
     averaged = {site: largest_averaged_force(dataset, site) or 0.0 for site in sites}
     meaning = "mean over 1 ms with impacts"

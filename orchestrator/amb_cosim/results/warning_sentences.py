@@ -36,7 +36,7 @@ def warning_sentences(warned: Sequence[WarningRecord], dataset: Signals) -> list
 def _passed_where_off(sites: Sequence[str], dataset: Signals) -> str:
     """Return how far and when the rotor was beyond the clearance of sites that are switched off; empty if unknown.
 
-    The gap is the clearance less the displacement: it is negative where the rotor would have touched.
+    The gap is the clearance less the displacement; it is negative if the rotor would have touched.
     """
     depths, times = list[tuple[float, float]](), list[float]()
     for site in sites:

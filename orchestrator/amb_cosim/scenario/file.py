@@ -47,7 +47,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     name
         Name of a scenario of a pack, or the path of a file.
     derived
-        The files that have this one as their base.
+        The files that use this one as their base.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
 
 
 def _check_tables_of_components(data: dict[str, Any]) -> None:
-    """Raise a ValueError unless parameters and inputs, which a derived file may change or remove, have only tables."""
+    """Raise a ValueError unless parameters and inputs, which a derived file may change or remove, are only tables."""
     for key in OF_COMPONENTS:
         if not isinstance(components := data.get(key, {}), dict):
             raise ValueError(f"{key} = {components!r} is not allowed; it must be a table")
@@ -187,7 +187,7 @@ def _is_packaged(key: str, name: str) -> bool:
 
 
 def _packaged(key: str) -> Collection[str]:
-    """Return the names that a key of a scenario may have in place of a path."""
+    """Return the names that a key of a scenario accepts instead of a path."""
     if key == "rotor":
         return files_of("rotors")
     if key == "system":

@@ -3,7 +3,8 @@
 A passive bearing or seal carries the weight that its stiffness gives it while the rotor is at the centres of the
 magnets, at the first speed of the run.
 
-The coil pair of an axis that carries no weight has the bias current I_b, the other also the static current I_s:
+The coil pair of an axis that carries no weight carries the bias current I_b, the other pair also the static current
+I_s:
 
     weight towards -x:  I_upper = I_b + I_s,  I_lower = I_b
     weight towards +x:  I_upper = I_b,        I_lower = I_b + I_s                                 (1)

@@ -80,7 +80,7 @@ def set_test_force(missing: MissingParameters) -> None:
 
         K_i I_b = k I_b^2/s_0^2,    k = 4 mu_0 N^2 A cos(phi)                                        (1)
 
-    without static load takes the same share of the currents of other magnets, and of their gap, since K_s is about K_i
+    without static load uses the same share of the currents of other magnets, and of their gap, since K_s is about K_i
     I_b/s_0. The weakest axis decides. For measured magnets, K_i is the measured one. Magnets within a factor of
     `LARGEST_RATIO` keep A(f).
 
@@ -114,7 +114,7 @@ def _test_range(of_axis: Mapping[str, float], *, measured: bool) -> float:
 
 
 def is_measured(values: Assignments) -> bool:
-    """Return whether the magnets have measured constants, which do not follow from geometry and currents."""
+    """Return whether the magnets use measured constants, which do not follow from geometry and currents."""
     law = values.parameter(f"{ACTUATOR}.force_law")
     return law == values.interfaces[ACTUATOR].ports["force_law"].items.get("measured")
 

@@ -81,10 +81,10 @@ def scenario_plan(
     settings
         Values by `component.variable`, or by a signal's name, that replace the scenario's initial values.
     until
-        End of the run from the beginning of cycle 0, in s or with its unit, in place of the scenario's. It is rounded
-        to whole steps, with a notice.
+        End of the run from the beginning of cycle 0, in s or with its unit, instead of the scenario's. It is rounded to
+        whole steps, with a notice.
     recorded
-        Patterns of all recorded variables, in place of those that scenario, summary and figures require.
+        Patterns of all recorded variables, instead of those that scenario, summary and figures require.
     first
         The `start_of` of the same scenario and settings, with any events, if they are known.
 

@@ -27,7 +27,7 @@ def prepare_run(
 ) -> ScenarioPlan:
     """Find the FMUs of a scenario, check its system and plan its run; see `scenario_plan` for the arguments.
 
-    A run that continues from `options.start` has the stators of its past, with a warning if others lose their power.
+    A run that continues from `options.start` uses the stators of its past, with a warning if others lose their power.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Contact with the stators of magnetic bearings: the last resort of a rotor whose magnets have lost their power.
+"""Contact with the stators of magnetic bearings, the last support of a rotor whose magnets have lost their power.
 
 A magnet with power pulls a rotor that crosses the air gap into the stator, which the actuator reports as a fault.
 Without power the rotor touches the bore, steel on steel, just beyond the smaller air gap of the bearing's two axes:

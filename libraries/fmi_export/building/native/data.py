@@ -29,7 +29,7 @@ def model_data(model: Model, constants: Array, guid: str, key: str, kernels: int
     model, constants
         The model and its constants, flat float64; an assembly has those of its parts.
     guid
-        Its guid.
+        Guid of the FMU.
     key, kernels
         Key of the engine that runs it, see `engines.engine_key`, and number of the model among its `compiled` ones.
 
@@ -90,7 +90,7 @@ class _Texts:
 
 
 def sizes(model: Model, constants: Array) -> tuple[int, int]:
-    """Return the sizes of state and work array of a model, 1 or more; for an assembly as `assembly.c` has them."""
+    """Return the sizes of state and work array of a model, 1 or more; for an assembly as `assembly.c` stores them."""
     if not model.parts:
         return _size(model.n_state, constants), _size(model.n_work, constants)
     n_state, n_work = 2, 0  # a clock

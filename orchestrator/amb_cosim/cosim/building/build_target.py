@@ -58,7 +58,7 @@ class BuildTarget:
         return write_archive(folder / f"{model.name}.fmu", fmu)
 
     def guid(self, model: Model, constants: Array) -> str:
-        """Return the identifier of this FMU, which changes with everything that it is made from."""
+        """Return the identifier of this FMU, which depends on everything that it is made from."""
         if self.flavour == "python":
             from fmi_export.building.python_fmu import python_guid
 

@@ -1,8 +1,8 @@
 """The cache of built and unpacked FMUs: the user's folder, or one of this process if that is not writable.
 
 If the cache exceeds `LIMIT` bytes, a new entry displaces the least recently used ones, except entries used within a
-day. The cache is measured at most once an hour, since that takes a second for thousands of entries. Only folders whose
-names belong to this cache are removed.
+day. The cache is measured at most once an hour, because that takes a second for thousands of entries. Only folders
+whose names belong to this cache are removed.
 """
 
 from __future__ import annotations

@@ -78,7 +78,7 @@ class Binding2(Binding):
         return address(self.fmu, "fmi2DoStep")
 
     def prepare(self) -> None:
-        """Let the logger of fmpy call `_receive` again, in place of the logger of the last user of fmpy."""
+        """Let the logger of fmpy call `_receive` again, instead of the logger of the last user of fmpy."""
         self._callbacks.logger = _LOGGER
         addLoggerProxy(byref(self._callbacks))
 
@@ -130,7 +130,7 @@ class Binding2(Binding):
         return group.load()
 
     def transfer(self, call: str, group: Group) -> Transfer:
-        """Return the call that sets or gets variables."""
+        """Return a call that sets or gets variables."""
         function = address(self.fmu, self.function(call + group.name))
         return Transfer(function, np.array(group.references, np.uint32), group.where, group.name == "Real")
 

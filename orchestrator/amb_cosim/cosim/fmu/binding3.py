@@ -189,7 +189,7 @@ class Binding3(Binding):
         return group.load()
 
     def transfer(self, call: str, group: Group) -> Transfer:
-        """Return the call that sets or gets variables; valid until the instance is freed."""
+        """Return a call that sets or gets variables; it is valid until the instance is freed."""
         structure = _Group(
             call=address(self.fmu, self.function(call + group.name)),
             references=addressof(group.references),

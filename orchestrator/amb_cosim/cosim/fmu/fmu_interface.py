@@ -24,7 +24,7 @@ class Port:
     define the unit; `units` are all units that it defines, and the display units of this one. `depends_on` of an output
     lists the inputs that reach it without delay. `warning` is the sentence of an output that is a warning. `items` are
     the names of the values of an Enumeration, whose type is Integer. A `relative` quantity is a difference, such as a
-    rise of temperature: between units it is converted without their offsets. `has_start` is true of an output or local
+    rise of temperature: between units it is converted without their offsets. `has_start` is true for an output or local
     variable, such as a state, whose start value the FMU lets a user set.
     """
 
@@ -115,7 +115,7 @@ class TextVariable:
         return f"{'an' if self.causality[0] in 'io' else 'a'} {self.causality}"
 
     def value(self, raw: object, name: str) -> str | bytes:
-        """Return a value as the FMU takes it: a text, or bytes written as hexadecimal digits.
+        """Return a value in the form that the FMU accepts: a text, or bytes written as hexadecimal digits.
 
         Raises
         ------

@@ -55,7 +55,7 @@ CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")
 
 
 class MadeModel(Protocol):
-    """An object of Python that stands for an FMU in a system; its `repr` identifies it."""
+    """A Python object that stands for an FMU in a system; its `repr` identifies it."""
 
     @property
     def model(self) -> str:
@@ -182,7 +182,7 @@ def build_models(
 def fmu_with_starts(
     name: FmuSource, target: BuildTarget, starts: Mapping[str, float], step_size: float, **options: Any
 ) -> bytes:
-    """Return the FMU of a model whose parameters and inputs have these start values, with this usual step (s).
+    """Return the FMU of a model with these start values of parameters and inputs, and with this usual step (s).
 
     Raises
     ------
@@ -259,7 +259,7 @@ def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) ->
 
 
 def options_of(fmu: FmuSource) -> frozenset[str]:
-    """Return the names of the options that a model takes, by which it is made; an FMU file takes none."""
+    """Return the names of the options with which a model can be made; an FMU file takes none."""
     name = model_of(fmu)
     if name is None:
         return frozenset()
@@ -284,7 +284,7 @@ def _made(source: Source, options: Mapping[str, Any]) -> tuple[Model, Array]:
 
 
 def _key(source: Source, target: BuildTarget, options: Mapping[str, Any]) -> str:
-    """Return an identifier that changes with everything that an FMU is made from."""
+    """Return an identifier that depends on everything that an FMU is made from."""
     packages: tuple[str, ...] | None = getattr(source, "packages", None)
     if packages is None:
         return target.guid(*_made(source, options)).strip("{}")

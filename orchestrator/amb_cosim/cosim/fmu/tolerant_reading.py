@@ -1,7 +1,7 @@
 """Reads a modelDescription that breaks the rules of FMI, as other importers do, and reports the broken rules.
 
-FMPy checks the schema and more. A description that it refuses is read without that check if all that a run needs is
-there: identifiers, and a name, a type and a value reference for each variable. Breaches that FMPy cannot read are
+FMPy checks the schema and more. A description that it refuses is read without that check if it contains everything that
+a run needs: identifiers, and a name, a type and a value reference for each variable. Breaches that FMPy cannot read are
 corrected first: parameters with continuous variability (the default of FMI 2.0) become fixed, types that are not
 defined and unknowns of no variable are ignored, and a version 2.0.x is 2.0.
 """
@@ -83,7 +83,7 @@ def _read_corrected(file: Path) -> Any:
 
 
 def _check_usable(description: Any) -> None:
-    """Raise ValueError unless a description contains all that a run needs."""
+    """Raise ValueError unless a description contains everything that a run needs."""
     major = description.fmiVersion.partition(".")[0]
     if not description.guid:
         raise ValueError(f"{DESCRIPTION} has no {'instantiationToken' if major == '3' else 'guid'!r}")

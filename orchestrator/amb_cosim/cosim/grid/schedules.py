@@ -14,7 +14,7 @@ from array_types import Array, Indices
 
 
 class Changes(NamedTuple):
-    """Values of positions at communication points, ascending in time; if a point has several, the last one applies."""
+    """Values of positions at communication points, ascending in time; the last of several values at a point applies."""
 
     points: Indices
     positions: Indices
@@ -35,7 +35,7 @@ class Schedule:
 
 
 class PiecewiseConstant(Schedule):
-    """A schedule of events: from communication point n on, a position has a value."""
+    """A schedule of events: from communication point n on, a position takes a value."""
 
     def __init__(self, events: Iterable[tuple[int, int, float]]) -> None:
         ordered = sorted(events, key=itemgetter(0))

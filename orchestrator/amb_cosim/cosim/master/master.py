@@ -164,7 +164,7 @@ class Master(Generic[P]):
                 self._guarded_start(self.components[i], self._fetch_outputs, i)
 
     def _has_other_inputs(self, i: int) -> bool:
-        """Return whether the sources of component i differ from the inputs that it has."""
+        """Return whether the sources of component i differ from its present inputs."""
         return not np.array_equal(self.values[self.wiring.sources[i]], self.components[i].inputs, equal_nan=True)
 
     def run(
@@ -247,7 +247,7 @@ class Master(Generic[P]):
                 self._guarded(n, component, self._fetch_outputs, i)
 
     def _jacobi(self, n: int, first: int = 0) -> None:
-        """Step from point n, from component `first` on if those before have their inputs and have stepped."""
+        """Step from point n, from component `first` on if all before it have their inputs and have stepped."""
         due = [(i, c) for i, c in enumerate(self.components) if n % c.every == 0]
         for i, component in due if first == 0 else ():
             self._guarded(n, component, self._send_inputs, i)

@@ -69,7 +69,7 @@ def stored_names(names: Iterable[str]) -> dict[str, str]:
 
 
 def with_own_names(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a data set from a file with the names of its variables; raises ValueError if two have the same."""
+    """Return a data set from a file with the names of its variables; raises ValueError if two names are equal."""
     names = {name: variable.attrs[NAME] for name, variable in dataset.data_vars.items() if NAME in variable.attrs}
     for name in names:
         if not isinstance(names[name], str):

@@ -58,7 +58,7 @@ class Samples:
 class SignalTable:
     """Variables and coordinates over the dimension `time`, by name, with attributes of the run.
 
-    Variables that a decimated record contains at every step have the dimension `EACH_STEP`; their names end with
+    Variables that a decimated record contains at every step use the dimension `EACH_STEP`; their names end with
     `AT_STEPS`.
     """
 

@@ -99,7 +99,7 @@ def _stored(array: Any) -> int:
 
 
 def _sizes_of_dimension(array: Any) -> list[int]:
-    """Return the sizes of the arrays that an array has as its dimension; none if the reference is broken."""
+    """Return the sizes of the arrays that an array uses as its dimension; none if the reference is broken."""
     try:
         return [scale.size for scale in array.dims[0].values() if scale.ndim == 1]
     except (RuntimeError, ValueError, TypeError, KeyError):

@@ -82,7 +82,7 @@ class Checkpoint:
     recorded, points, table
         Names of the recorded variables, communication points, and a row of values for each.
     recorded_each, steps
-        Names of variables that a decimated record has at every step, and the rows of their values.
+        Names of variables that a decimated record contains at every step, and the rows of their values.
     rest, steps_in_row
         Their values at the points after the last row, and the number of steps in a row.
     since
@@ -133,8 +133,8 @@ class Checkpoint:
     def check_past(self, past: Mapping[str, Any], sources: Mapping[str, Any]) -> None:
         """Raise ValueError unless this is the past of the run to continue, whose FMUs are made from `sources`.
 
-        The message lists the differences: differences of the sources in place of the identifiers of FMUs, which follow
-        from them.
+        The message lists the differences. Differences of the sources replace differences of the identifiers of FMUs,
+        which follow from them.
         """
         lines = list_differences(self.past, past)
         if lines and (others := list_other_sources(self.sources, sources)):

@@ -1,4 +1,4 @@
-"""The content of a checkpoint beside the run that continues from it."""
+"""Checks of the content of a checkpoint against the run that continues from it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def check_numbers(start: Checkpoint, plan: Plan) -> None:
 def columns_of(start: Checkpoint, recorded: Sequence[str], table: Array, names: Sequence[str], plan: Plan) -> Array:
     """Return the record of a checkpoint, with the columns of a plan's record.
 
-    An input that only this run changes had its initial value until then.
+    An input that only this run changes kept its initial value until then.
     """
     columns = dict(zip(recorded, table.T, strict=True))
     missing = [name for name in names if name not in columns and name not in plan.inputs]

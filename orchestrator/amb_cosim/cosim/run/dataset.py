@@ -169,12 +169,12 @@ def parameters_of(recording: Recording) -> dict[str, dict[str, Any]]:
 
 
 def steps_of(recording: Recording) -> dict[str, Array]:
-    """Return, by name, the variables that a decimated record has at every step, or of several steps together."""
+    """Return, by name, the variables that a decimated record contains at every step, or for several steps together."""
     return dict(zip(recording.plan.recorded_each, recording.recorder.step_rows.values.T, strict=True))
 
 
 def step_times(recording: Recording) -> dict[str, Samples]:
-    """Return the times of all steps as a coordinate, if a decimated record has variables at every step."""
+    """Return the times of all steps as a coordinate, if a decimated record contains variables at every step."""
     plan, rows = recording.plan, recording.recorder.step_rows
     if not plan.recorded_each:
         return {}

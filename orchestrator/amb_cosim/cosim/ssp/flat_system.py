@@ -1,8 +1,8 @@
 """The systems of an archive as a single system: components, connections, signals and values by the names of components.
 
 A connector of the outermost system that feeds inputs is a signal. Its value takes precedence over the values of the
-inputs, which are connected. If a variable has several values, the value of the outer system applies; if several sets of
-a system contain it, the last one applies.
+connected inputs. If a variable has several values, the value of the outer system applies; if several sets of a system
+contain it, the last one applies.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ class FlatSystem:
                 yield Connection(link.start.text, link.end.text)  # of no output; the check of the system refuses it
 
     def _is_free(self, node: Node) -> bool:
-        """Return whether a connector of a system can have a value, because nothing outside it feeds it."""
+        """Return whether a connector of a system can be set, because nothing outside it feeds it."""
         kinds = ("input", "parameter", "structuralParameter", "inout")
         return self.hierarchy.connectors[node].kind in kinds and not self.nets.has_source(node)
 

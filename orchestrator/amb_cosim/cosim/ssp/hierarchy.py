@@ -277,7 +277,7 @@ def _referenced(document: Document, source: str, is_package: bool) -> tuple[Docu
 
 
 def _unit(connector: Any, units: Mapping[str, UnitDefinition]) -> Unit | None:
-    """Return the unit that the type of a connector has."""
+    """Return the unit of the type of a connector, if it states one."""
     return next((unit_of(kind.get("unit"), units) for kind in connector if kind.get("unit")), None)
 
 

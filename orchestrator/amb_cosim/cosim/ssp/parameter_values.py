@@ -1,4 +1,4 @@
-"""Parameter sets of SSP (.ssv): values by name, each with the type that the FMU's variable has."""
+"""Parameter sets of SSP (.ssv): values by name, each with the type of the FMU's variable."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def add_enumerations(root: Any, prefix: str, ports: Mapping[str, Port]) -> None:
 
 
 def add_units(parent: Any, ports: Iterable[Port]) -> None:
-    """Add the definitions of the units that ports have."""
+    """Add the definitions of the units of ports."""
     for port in ports:
         *exponents, factor, offset = port.definition or (0,) * len(SI) + (1.0, 0.0)
         unit = etree.SubElement(parent, tag("ssc:Unit"), name=port.unit or "1")

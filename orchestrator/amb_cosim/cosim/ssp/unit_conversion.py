@@ -1,7 +1,7 @@
 """Conversion of values between units, and linear transformations, in connections and parameter mappings.
 
-A law is a pair (f, o): the target is f source + o. A unit has a definition by base units if the document or the FMU
-contains one, b = factor v + offset; other units are looked up by their names.
+A law is a pair (f, o): the target is f source + o. A unit is defined by base units if the document or the FMU contains
+a definition, b = factor v + offset; other units are looked up by their names.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ class Assignments:
     Attributes
     ----------
     parameters
-        Values of parameters, and of other variables that FMI lets a user start, by component and name.
+        Values of parameters, and of other variables whose start value FMI lets a user set, by component and name.
     inputs
         Values of signals and of other inputs, by name.
     written
@@ -88,7 +88,7 @@ class Assignments:
         return names
 
     def set_or_drop(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
-        """Set a value, or drop it if only the component that was replaced has the variable."""
+        """Set a value, or drop it if the variable exists only in the component that was replaced."""
         return [] if self.drops(name, only) else self.set(name, raw, only)
 
     def set_parameters(self, tables: Mapping[str, Mapping[str, Raw]]) -> list[str]:
@@ -121,7 +121,7 @@ class Assignments:
         return dropped
 
     def lacks(self, name: str, only: str | None = None) -> bool:
-        """Return whether a replacing component has nothing that `name` matches.
+        """Return whether a replacing component has no variable that `name` matches.
 
         `only` is the causality of the variables that may match, as in `set`, or `output`.
         """
@@ -165,7 +165,7 @@ class Assignments:
         return [f"{component}.{variable}" for variable in matching]
 
     def read(self, name: str, raw: Raw, only: str | None = None) -> tuple[str, float]:
-        """Return the name under which a value is stored (the signal's, where one feeds the input) and the number."""
+        """Return the name under which a value is stored (the signal's, if one feeds the input) and the number."""
         signal = self.system.signal(name) or self.system.signal_of(name)
         value = 0.0
         if signal is not None and signal.port is not None:
@@ -213,7 +213,7 @@ class Assignments:
         return name.strip(), raw.strip()
 
     def _exists(self, name: str) -> bool:
-        """Return whether a signal or a variable has this name, or one that can be set matches it."""
+        """Return whether a signal or a variable has this name, or the pattern matches one that can be set."""
         component, pattern = self.system.divide(name)
         is_matched = component in self.interfaces and bool(matching_names(self._settable_names(component), pattern))
         return self._is_name(name) or (is_pattern(name) and is_matched)

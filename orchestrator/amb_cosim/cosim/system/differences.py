@@ -46,7 +46,7 @@ def _as_data(value: Any) -> Any:
 def list_other_sources(stored: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     """Return lines on the files and objects (`described`, by kind) that differ, with the differences of their content.
 
-    Kinds that only one of the two has are not listed.
+    Kinds that exist in only one of the two are not listed.
     """
     lines = []
     for kind in stored.keys() & now.keys():

@@ -16,8 +16,8 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
 
     A connection whose two ends have the same pattern connects every output of one component with the input of the same
     name of the other, if both match and nothing else feeds that input. The pattern of the inputs may have an additional
-    ending, without `*` and `?`, which their names must have. The name of a variable with such a character, `open?`, is
-    not a pattern.
+    ending, without `*` and `?`, with which their names must end. The name of a variable with such a character, `open?`,
+    is not a pattern.
 
     Raises
     ------

@@ -260,7 +260,7 @@ def _sample_time(component: Component, values: Assignments) -> float | None:
 
 
 def _with_rate(component: Component, values: Assignments, h: float) -> Component:
-    """Return a component with the rate of its sample time; an FMU that takes any step makes every step."""
+    """Return a component that steps at its sample time; an FMU that takes any step makes every step."""
     sample_time, name = _sample_time(component, values), f"{component.name}.sample_time"
     if sample_time is None:
         return component

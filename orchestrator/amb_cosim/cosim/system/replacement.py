@@ -1,7 +1,7 @@
 """A component replaced by another FMU: remaining connections, missing ports, and notices.
 
-Another FMU can replace the one that the system was made for if it has, under the same names, every output that fed an
-input that still exists. It may lack inputs. Connections of an `option` may be omitted, all together.
+Another FMU can replace the original one if it provides, under the same names, every output that fed a remaining input.
+It may lack inputs. Connections of an `option` may be omitted, all together.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ def _breach(rules: Sequence[str]) -> str:
 
 
 def _silent_signals(system: System, before: System) -> list[str]:
-    """Return a line for each signal with a mandatory input that no component has."""
+    """Return a line for each signal with a mandatory input that exists in no component."""
     mandatory = {f"{c.name}.{variable}" for c in before.components for variable in c.mandatory}
     feeding = {signal.name for signal in system.signals}
     return [

@@ -64,8 +64,8 @@ class Connection:
 class Signal:
     """An exogenous signal that feeds several inputs at once.
 
-    With a `port` of its own, its value has that unit and type, and `laws` are factor and offset of the inputs that are
-    not equal to it. Without a port, its value is the value of its inputs.
+    If it has a separate `port`, its value has that unit and type, and `laws` are factor and offset of the inputs that
+    are not equal to it. Without a port, its value is the value of its inputs.
     """
 
     name: str
@@ -164,8 +164,8 @@ class System:
     def divide(self, end: str) -> tuple[str, str]:
         """Return component and variable of a name, without a check.
 
-        The component of a nested system, `axle.motor`, has dots in its name. A name of no component is divided at the
-        first dot.
+        The name of a component of a nested system, `axle.motor`, contains dots. A name of no component is divided at
+        the first dot.
         """
         component, _, variable = end.partition(".")
         if component in self._by_name:

@@ -29,7 +29,7 @@ class ComponentTable(Table):
 
 
 class ConnectTable(Table):
-    """Connects outputs of a component to inputs of another. A replacing component may lack all of them."""
+    """Connects outputs of a component to inputs of another. A replacing component may lack all of these inputs."""
 
     source: str = Field(alias="from")
     """Component with the outputs."""

@@ -22,7 +22,7 @@ def quantity(raw: Raw, unit: str, name: str) -> float:
     Raises
     ------
     ValueError
-        If `raw` is not a finite number, or has an unknown unit or one of another dimension.
+        If `raw` is not a finite number, or has an unknown unit or a unit of another dimension.
     """
     value = _number(raw, unit, name)
     if not math.isfinite(value):

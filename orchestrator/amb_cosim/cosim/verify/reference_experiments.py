@@ -1,6 +1,6 @@
 """Reads the experiments in an FMU (FMI-LS-REF): runs and reference results.
 
-The manifest names files with role `experiment`; each has experiments in the format of the Modelica Association
+The manifest names files with role `experiment`; each contains experiments in the format of the Modelica Association
 (github.com/modelica/ma-hs-experiments), whose times are in `Experiment` or, recently, in its `TransientSimulation`.
 Tables are CSV with a column `time`; an array of FMI 3.0 is one column, with values separated by blanks. Without an
 experiment, files with role `result` are the results of the FMU's default experiment, as in the Reference-FMUs.

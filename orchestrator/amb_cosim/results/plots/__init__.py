@@ -198,5 +198,5 @@ def _has_magnets(dataset: Signals) -> bool:
 
 
 def has_motion(dataset: Signals) -> bool:
-    """Return whether the data set has samples of the displacement at every bearing."""
+    """Return whether the data set contains samples of the displacement at every bearing."""
     return bool(dataset.sizes["time"]) and all(radius(dataset, mb) is not None for mb in places(dataset).bearings)

@@ -96,7 +96,7 @@ def orbits(dataset: Signals) -> Figure:
 
 
 def displacement(dataset: Signals) -> Figure:
-    """Draw the radius of the motion at each station over its clearance, and below it the speed where it changes.
+    """Draw the radius of the motion at each station over its clearance, and below it the speed if it changes.
 
     Motion that is small compared with its clearance, or that has no clearance, is drawn as a length. A fall, in which
     the radius equals the clearance after the landing, is drawn as height or gap, with its first impacts enlarged. The

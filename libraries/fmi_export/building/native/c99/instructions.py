@@ -210,7 +210,7 @@ def _refuse_shared(line: Line) -> None:
 
 
 def _stored_type(kind: Type) -> str:
-    """Return the type that a scalar has in memory."""
+    """Return the type of a scalar in memory."""
     return {"ptr": "i64", "i1": "i8"}.get(kind.kind, kind.kind)
 
 
