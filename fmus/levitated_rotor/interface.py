@@ -1,4 +1,4 @@
-"""Variable table of an assembly: variables of its parts, without inputs that an output feeds."""
+"""Variable table of an assembly: variables of its parts, except the inputs that an output feeds."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work, sa
 def compute(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: LawMatrices, sampling: bool
 ) -> TableRows:
-    """Compute errors and demands, the latter into `state.last`; return the rows of the table used.
+    """Compute errors and demands, the latter into `state.last`; return the table rows that were used.
 
     `sampling` is false at initialisation, which takes no sample.
     """
@@ -106,7 +106,7 @@ def write_outputs(matrices: LawMatrices, state: State, outputs: Outputs) -> None
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Compute state and outputs at the start, without a sample; arguments as for every `Model.initialise`."""
+    """Compute state and outputs at the start, without a sample; for the arguments see `Model.initialise`."""
     sizes, matrices = sizes_of(constants), matrices_of(constants)
     p, memory, y = parameters_of(parameters, sizes), state_of(state, sizes), outputs_of(outputs, sizes)
     crossed = first_crossed(p)
@@ -130,7 +130,7 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """Take the sample that is due in the step, if any; arguments as for every `Model.step`."""
+    """Take the sample that is due in the step, if any; for the arguments see `Model.step`."""
     sizes = sizes_of(constants)
     p, memory = parameters_of(parameters, sizes), state_of(state, sizes)
     common, head = p.common[0], memory.head[0]

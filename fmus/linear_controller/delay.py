@@ -4,7 +4,7 @@ With a delay d = n + f, 0 <= f < 1, the demand computed at sample s appears at t
 
     v(t) = u_(s-n)     from t_s + f T on,   u_(s-n-1) before                          (1)
 
-For f = 0 it appears with the sample's step, as it would without a delay. Otherwise a communication step outputs the
+For f = 0 it appears in the sample's own step, as it would without a delay. Otherwise a communication step outputs the
 mean of v over the step. This is v itself if it does not change within the step; if it does, the mean gives the correct
 impulse of the force.
 """
@@ -53,7 +53,7 @@ def write_delayed(history: Array, sample: int, delay: float, shares: tuple[float
     delay
         d, in samples.
     shares
-        Shares of the step after the changes that belong to the newest sample and to the sample before.
+        Shares of the step after the changes that belong to the newest sample and to the previous one.
     """
     whole = int(delay)
     newest = (sample - whole + N_HISTORY) % N_HISTORY

@@ -71,7 +71,7 @@ def fade_jump(common: np.record, state: State) -> None:
 
 @inlined_kernel
 def limit(parameters: Parameters, inputs: Inputs, state: State, work: Work, is_transfer: bool) -> bool:
-    """Compute the demands of this sample into `state.last`, and (u_lim - u) / gain; return whether any is limited.
+    """Compute the demands of this sample into `state.last`, and (u_lim - u) / gain; return whether a demand is limited.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """The matrices of a controller, as stored in its constants, and their products.
 
-The law is one matrix, M = [A B; C D], with [x(n+1); u(n)] = M [x(n); e(n)]; e are readings minus setpoints. It and
-three others are stored as dense blocks in column order, so that block-diagonal matrices cost only their blocks. Each
-speed of the table has its own values; the positions of the blocks are the same for all.
+The law is one matrix, M = [A B; C D], with [x(n+1); u(n)] = M [x(n); e(n)]; where e are readings minus setpoints. This
+matrix and three others are stored as dense blocks in column order, so that block-diagonal matrices cost only their
+blocks. Each speed of the table has its own values; the positions of the blocks are the same for all.
 
     law        M, shape (n_states + n_demands, n_states + n_signals)
     tracking   L, (n_states, n_demands): feedback of a demand's excess to the states, see `law`

@@ -4,8 +4,8 @@ docs/theory/synchronous_control.md states the law. With Q = Q_0 + R U and the H 
 (U - U_opt). The forces approach the weighted least-squares optimum with time constant 1/alpha, provided that this is
 long compared with the revolution over which Q is averaged.
 
-While adaptation is not permitted, the forces fade, U' = -fade U, and continue from the remainder afterwards: they never
-jump.
+While adaptation is not permitted, the forces fade, U' = -fade U. Afterwards they continue from the remainder, so they
+never jump.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Complex arithmetic with the same bits compiled and in plain Python.
+"""Complex arithmetic that gives the same bits compiled and in plain Python.
 
 Products and sums always give the same bits. Quotients do not, because numba, C and Python divide complex numbers
 differently.

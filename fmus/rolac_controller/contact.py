@@ -25,7 +25,7 @@ from rolac_controller.records import Parameters
 
 @inlined_kernel
 def is_in_contact(parameters: Parameters, contact_state: float, displacements: Array, bearing: int) -> bool:
-    """Return whether a journal is in contact, according to `contact.source`."""
+    """Return whether a journal is in contact, by the criterion of `contact.source`."""
     contact, sensor_of_axis = parameters.common[0].contact, parameters.sensor_of_axis
     if contact.source == GIVEN:
         return int(contact_state) >> bearing & 1 == 1

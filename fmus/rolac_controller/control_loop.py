@@ -49,7 +49,7 @@ class ControlLoop:
     planes
         Sensor planes. All sensors serve the synchronous control.
     feedback
-        For each bearing the name of the plane whose sensors its PID reads.
+        For each bearing, the name of the plane whose sensors its PID reads.
 
     Raises
     ------

@@ -71,7 +71,7 @@ def window_is_valid(parameters: Parameters, Omega: float, samples: float) -> boo
 
     It must contain a full revolution, the speed must be at least `rolac.min_speed`, and the revolution must have taken
     the time that this speed implies, within a factor `SPEED_RATIO`. The last condition excludes a rotor angle that does
-    not rotate with the speed, and revolutions from before a large change of speed.
+    not rotate with the speed, and revolutions that began before a large change of speed.
     """
     common = parameters.common[0]
     turns = samples * common.sample_time * Omega / (2.0 * math.pi)
@@ -193,7 +193,7 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """Take the sample that is due in the step, if any; arguments as for every `Model.step`."""
+    """Take the sample that is due in the step, if any; for the arguments see `Model.step`."""
     sizes = sizes_of(constants)
     p, memory = parameters_of(parameters, constants, sizes), state_of(state, sizes)
     sample_time, prediction_time, head = p.common[0].sample_time, p.common[0].prediction_time, memory.head[0]

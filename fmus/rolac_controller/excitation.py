@@ -18,7 +18,7 @@ ROUNDING = 1e-6  # by which a number of periods may exceed a whole number
 def amplitude_at(frequency: float) -> float:
     """Return the amplitude A(f) = 220/S(f) of a test force (N), inverse to the rotor's response (6.5, 6.6).
 
-    S(f) = 0.25 f + 2 up to 10 Hz, -0.2 f + 6.5 below 30 Hz, 0.4 from there on.
+    S(f) = 0.25 f + 2 up to 10 Hz, -0.2 f + 6.5 below 30 Hz, and 0.4 above.
     """
     if frequency <= 10.0:
         return FORCE / (0.25 * frequency + 2.0)

@@ -180,7 +180,7 @@ def clear_window(window: Window) -> None:
 
 @inlined_kernel
 def add_sample(window: Window, harmonics: Records, theta: float, displacements: Array) -> None:
-    """Add one sample and remove those more than a revolution old.
+    """Add one sample and remove samples more than a revolution old.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 Neither reduces the vibration; both remove the bearing's response to it. The synchronous control force of an axis is
 E = U - C Q, with C the response of the loop's controller and Q the synchronous displacements of the sensors. C is the
 response of the PID (`pid.response`), at the sensor of the axis, plus that of an additional controller (`inner_loop`).
-With Q = Q_0 + R U it is E = E_0 + S^-1 U, S^-1 = I - C R, and
+With Q = Q_0 + R U, it follows that E = E_0 + S^-1 U, S^-1 = I - C R, and
 
     U' = -alpha S (U - C Q)
 

@@ -73,7 +73,7 @@ def update_is_due(olac: np.record, delta_theta: float, Q: Complex, memory: OlacM
     Q
         Components of all harmonics, shape (N_HARMONICS, n_sensors) (m).
     memory
-        All zeros when OLAC is switched on.
+        Contains only zeros when OLAC is switched on.
     """
     progress = memory.progress[0]
     if olac.updates > 0.0 and progress.n_updates >= olac.updates:

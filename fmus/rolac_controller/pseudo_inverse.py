@@ -88,7 +88,7 @@ def orthogonalise(B: Complex, V: Complex) -> None:
 def negative_pseudo_inverse(R: Complex, weights: Array, H: Complex, svd: SvdWork) -> float:
     """Compute the matrix H of a receptance; return the condition number of the weighted receptance.
 
-    The condition number is the largest singular value over the smallest, at most LARGEST_CONDITION.
+    The condition number is the ratio of the largest to the smallest singular value, at most LARGEST_CONDITION.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ N_HEAD, N_FINDINGS, N_PID, N_CHECK = (size_of(r) for r in (HEAD, FINDINGS, PID_M
 
 
 class State(NamedTuple):
-    """The state; the table of receptances in use follows it in the array.
+    """The state; in the array it is followed by the table of receptances in use.
 
     head
         Record HEAD, in an array of length 1.

@@ -109,7 +109,7 @@ def adapt(parameters: Parameters, inputs: Inputs, state: State, work: Work, tabl
 
 @inlined_kernel
 def interpolate_matrix(table: TableViews, bracket: Bracket, mode: float, work: Work) -> None:
-    """Interpolate the matrix that the law of this mode needs, R or H, between the rows of the table."""
+    """Interpolate the matrix that the law of this mode requires, R or H, between the rows of the table."""
     if mode in (NOTCH, FORCE_FREE):
         interpolate(table.R[bracket.lower], table.R[bracket.upper], bracket.weight, work.R)
     else:

@@ -93,7 +93,7 @@ def advance_on_faces(
 ) -> int:
     """Advance z over a step of `step_size` (s) in parts, the motion along the shaft first; return a fault code.
 
-    `is_held` states whether a spin is held that may be released. A part is one piece by the matrices if possible, and
+    `is_held` states whether a spin that may be released is held. A part is one piece by the matrices if possible, and
     is otherwise integrated by substeps.
     """
     records, z, head, solver = (

@@ -136,7 +136,7 @@ def pairs_of_inputs(structure: Structure) -> int:
 
 @views
 def stage_size(n: int, n_sites: int, n_faces: int) -> int:
-    """Return the size of a row of `Workspace.stages`, an even number."""
+    """Return the size of a row of `Workspace.stages`; it is even."""
     size = 2 * n + N_INTEGRALS + N_SITE_INTEGRALS * n_sites + N_FACE_INTEGRALS * n_faces
     return size + size % 2
 
@@ -211,7 +211,7 @@ def state_of(state: Array, structure: Structure) -> State:
 def scratch_of(work: Array, structure: Structure) -> Scratch:
     """Return views into the scratch array of a rotor with this structure.
 
-    Frequently read parts come first, at even offsets: kernels use vectors of two numbers.
+    Frequently read parts come first, at even offsets, because kernels use vectors of two numbers.
     """
     n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
     stages, stages_size = N_SPIN, N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites, structure.n_faces)

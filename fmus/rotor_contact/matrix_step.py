@@ -1,7 +1,7 @@
 """A communication step by matrices, in pieces as long as their motion is smooth, each up to its first contact event.
 
 At a constant speed, a whole step is one product if nothing happens in it (`exact_motion`). Otherwise a piece covers a
-step, a half, a quarter and so on, and begins where the last one ended. If its forces are not smooth, a shorter one is
+step, a half, a quarter and so on, and begins where the last one ended. If its forces are not smooth, a shorter piece is
 tried; after a smooth one, twice its length. If a contact event occurs in it, or the step ends before it does, it is cut
 there (`piece_cut`), provided that it is short enough for a series of its motion; otherwise shorter pieces lead up to
 the event. `substeps` integrates to the end of the step where the shortest piece cannot be solved, and if contact
@@ -81,11 +81,11 @@ def advance_by_matrices(
     may_turn: bool,
     memory: np.record,
 ) -> int:
-    """Advance z over a communication step; return a fault code, or NO_MATRICES_YET with z as it was.
+    """Advance z over a communication step; return a fault code, or NO_MATRICES_YET with z unchanged.
 
     `may_turn` states whether a spin that is held at its speed may be released.
 
-    `memory.method` is set to one piece, several, or partly integrated.
+    `memory.method` receives whether it was one piece, several pieces, or partly integrated.
     """
     if is_any_compliant(w.sites):
         return NO_MATRICES_YET
@@ -260,7 +260,7 @@ def try_piece(
 def _pass_event(structure: Structure, w: Workspace, theta: float, Omega: float, law: int, shortest: float) -> int:
     """Apply impacts at z and find the modes of the sites after it; return a fault code.
 
-    Flights shorter than `shortest` (s) are sustained contact.
+    Flights shorter than `shortest` (s) count as sustained contact.
     """
     part = motion_at(w.motion, theta, Omega)
     collect_coefficients(structure, part)

@@ -48,7 +48,7 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
     Parameters
     ----------
     archive, folder
-        The file, and the folder for its entries, which is created if it is missing.
+        The zip file, and the folder for its entries, which is created if it is missing.
     name
         Name of the archive in messages.
 

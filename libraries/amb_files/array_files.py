@@ -136,5 +136,5 @@ def _load_npz(path: Path | IO[bytes], keys: Sequence[str]) -> dict[str, NDArray[
 
 
 def _cut(text: str) -> str:
-    """Shorten a reason: for a damaged file, zipfile prints the whole garbled name."""
+    """Shorten a reason, because for a damaged file zipfile prints the whole garbled name."""
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."

@@ -45,7 +45,7 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
 def plain_file(folder: Path, name: str) -> Path:
     """Return the path of a file that a program writes into a folder under a name of its own.
 
-    A link of this name is removed, so that a device behind it, which the user has not named, receives nothing.
+    A link of this name is removed, so that a device behind it, which the user did not name, receives nothing.
     """
     path = folder / name
     if path.is_symlink():
@@ -129,7 +129,7 @@ def check_writable(path: Path, is_folder: bool, files: Iterable[str] = ()) -> No
 
 
 def is_special(path: Path) -> bool:
-    """Return whether a path exists and is neither a regular file nor a folder, such as a device or a pipe."""
+    """Return whether a path exists but is neither a regular file nor a folder; it may be a device or a pipe."""
     return path.exists() and not path.is_file() and not path.is_dir()
 
 

@@ -45,7 +45,7 @@ Numbers = NDArray[np.float64]
 
 
 def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], Rows]:
-    """Return the headings of a table, without blanks around them, and its rows, with decimal points in numbers.
+    """Return the headings of a table, without blanks around them, and its rows, in which numbers have decimal points.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def _rows(text: str, separator: str) -> Iterator[list[str]]:
 
 
 def _used(row: list[str]) -> int:
-    """Return the number of cells of a row up to the last that is not blank."""
+    """Return the number of cells of a row up to the last cell that is not blank."""
     return next((k for k in range(len(row), 0, -1) if row[k - 1].strip()), 0)
 
 

@@ -24,8 +24,8 @@ class PackFile:
     description
         A line about the pack.
     rotor, scenario, changing_speed
-        Defaults for rotor, scenario, and scenario with changing speed. Scenarios of a pack use the rotor of their pack;
-        elsewhere a default is used if a single pack defines it.
+        Defaults for the rotor, the scenario, and the scenario with changing speed. Scenarios of a pack use the rotor of
+        their pack; elsewhere a default is used if a single pack defines it.
     live
         Scenarios that the live rig offers in addition to the requested one, in order.
     """
@@ -85,7 +85,7 @@ def rotor_path(rotor: str | Path | None = None) -> Path:
     Raises
     ------
     ValueError
-        If `rotor` is neither; the message suggests names. A path that ends in `.toml` is not checked.
+        If `rotor` is neither of these; the message suggests names. A path that ends in `.toml` is not checked.
     """
     name = default("rotor") if rotor is None else rotor
     rotors, path = files_of("rotors"), Path(name)

@@ -1,4 +1,4 @@
-"""Cached folders with a digest of their files; damaged ones are rebuilt."""
+"""Cached folders with a digest of their files; damaged folders are rebuilt."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DIGEST = "sha256.txt"
 
 
 def keep(folder: Path, fill: Callable[[Path], object]) -> None:
-    """Create `folder` atomically with the content that `fill` writes; do nothing if it exists undamaged.
+    """Create `folder` atomically with the content that `fill` writes; do nothing if it exists and is undamaged.
 
     Parameters
     ----------

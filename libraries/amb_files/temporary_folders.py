@@ -23,8 +23,8 @@ PREFIX = ".amb-cosim-"
 def temporary_folder(parent: Path | None = None) -> Iterator[Path]:
     """Yield a new folder in `parent`, by default the system's folder for temporary files, and remove it afterwards.
 
-    It is locked until the process ends, however that happens. Unlocked folders that this function made for the same
-    user are removed from `parent`; a digest at the end of their names identifies them.
+    It is locked until the process ends for any reason. Unlocked folders that this function made for the same user are
+    removed from `parent`; a digest at the end of their names identifies them.
     """
     parent = Path(tempfile.gettempdir()) if parent is None else parent
     _remove_abandoned(parent)

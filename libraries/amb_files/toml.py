@@ -115,7 +115,7 @@ def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
 
 
 def read_text(source: Path | Traversable, name: str, largest: int = LARGEST) -> str:
-    """Return the text of a file without its byte order mark; arguments and errors as for `read_bytes`.
+    """Return the text of a file without its byte order mark; for arguments and errors see `read_bytes`.
 
     It is UTF-8, or UTF-16 with a byte order mark, as editors and shells of Windows save it.
     """
@@ -134,7 +134,7 @@ def read_text(source: Path | Traversable, name: str, largest: int = LARGEST) -> 
 
 
 def read_bytes(source: Path | Traversable, name: str, largest: int = LARGEST) -> bytes:
-    """Return the content of a file of at most `largest` bytes; other arguments and errors as for `read_toml`."""
+    """Return the content of a file of at most `largest` bytes; for other arguments and errors see `read_toml`."""
     try:
         if isinstance(source, Path):
             if source.is_dir():
@@ -165,7 +165,7 @@ def validate(data: object, form: type[T], name: str) -> T:
     Raises
     ------
     ValueError
-        If the data are malformed; one line for each error.
+        If the data are malformed; the message has one line for each error.
     """
     try:
         return TypeAdapter(form).validate_python(data)

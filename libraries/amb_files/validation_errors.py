@@ -228,7 +228,7 @@ def _at(data: Any, keys: Location) -> Any:
 
 
 def _declared(form: Any, location: Location) -> list[_Declared]:
-    """Return the declarations of the place; several for a union."""
+    """Return the declarations of the place; a union has several."""
     here = list(_unwrapped(_Declared(form)))
     for part in location:
         tagged = [d for d in here if _is_tagged(d, part)]

@@ -138,7 +138,7 @@ class BallBearing:
         Parameters
         ----------
         displacement
-            x, y, z of the inner ring against the outer one (m).
+            x, y, z of the inner ring relative to the outer one (m).
         angle
             Angle of the first ball (rad).
         """

@@ -13,7 +13,7 @@ BITS = np.dtype(np.int64)
 
 @kernel
 def is_near(value: float, reference: float, tolerance: float) -> bool:
-    """Return whether a value is within a relative `tolerance` of a reference; NaN is not."""
+    """Return whether a value is within a relative `tolerance` of a reference; NaN never is."""
     return abs(value - reference) <= tolerance * abs(reference)
 
 

@@ -65,7 +65,7 @@ class Model:
     author
         Author of the model; may be empty.
     parts, wiring
-        Of an assembly: its components, whose kernels are called instead of its own, and their wiring.
+        For an assembly: its components, whose kernels are called instead of its own, and their wiring.
 
     Matrices and tables, computed by any library, are passed to the kernels as `constants`, a flat array that is
     computed when the FMU is built and stored in it. A kernel writes every output on every call that returns 0; a step
@@ -157,7 +157,7 @@ def with_starts(model: Model, starts: Mapping[str, float], step_size: float | No
 
 @kernel
 def first_outside(values: Array, minimum: Array, maximum: Array, stop: int) -> int:
-    """Return the index of the first of `values[:stop]` outside [minimum, maximum] or not a number, or -1."""
+    """Return the index of the first of `values[:stop]` that is outside [minimum, maximum] or not a number, or -1."""
     for i in range(stop):
         if not (minimum[i] <= values[i] <= maximum[i]):
             return i

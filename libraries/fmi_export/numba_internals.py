@@ -1,6 +1,7 @@
 """Undocumented features of numba that are used here: six, each with its purpose.
 
-`pyproject.toml` allows no numba later than the tested one. If a later numba changes one of these, change this file.
+`pyproject.toml` allows no version of numba later than the tested one. If a later numba changes one of these, change
+this file.
 
 **Functions without numba's run-time system, and without an entry for C** (`KERNEL_OPTIONS`, the options `_nrt` and
 `no_cfunc_wrapper` of `njit`). Allocating becomes a compilation error, and no time is spent on counting references to

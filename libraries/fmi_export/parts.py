@@ -18,7 +18,7 @@ def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
     Parameters
     ----------
     array
-        Of any shape, in row order.
+        Array of any shape, in row order.
     start
         Index of the first number, from 0.
     dtype

@@ -1,4 +1,4 @@
-"""The kernels of any model, called by PythonFMU for the guard, which is the slave that hosts see.
+"""The kernels of any model, as PythonFMU calls them for the guard, which is the slave that hosts see.
 
 The guard owns the arrays of the instance and checks them before and after; a kernel works on them in place.
 
@@ -25,7 +25,7 @@ from fmi_export.model import Array
 class ModelSlave(Fmi2Slave):  # type: ignore[misc]
     """Base class of the FMUs' entry points; `model` of a subclass is a `Model`, or the module with the kernels.
 
-    In an assembly the guard creates one per part, identified by its name.
+    In an assembly the guard creates one slave per part, identified by its name.
     """
 
     model: Any

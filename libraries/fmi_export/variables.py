@@ -58,7 +58,7 @@ class Enumeration:
 
 @dataclass(frozen=True)
 class Variable:
-    """An FMI variable. `unit` is SI in FMI notation (`N.s/m`), `1` where dimensionless.
+    """An FMI variable. `unit` is an SI unit in FMI notation (`N.s/m`), `1` if dimensionless.
 
     `depends_on` of an output lists the inputs that affect it without delay, and so the connections of a co-simulation
     that may close an algebraic loop. `field` is the variable's name in the record that kernels read,

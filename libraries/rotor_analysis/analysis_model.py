@@ -45,9 +45,9 @@ def analysis_model(
 
     max |lambda - lambda_full| / |lambda_full| <= accuracy, over `count` modes at both ends of `speeds`
 
-    Reductions retain an increasing number of free modes, from two vibrations each, with the residual shapes of bearings
-    and seals and the shapes that gyroscopic moments add at the highest speed (`spinning_shapes`). If none of them is
-    accurate, or a node has no inertia, the full model is returned.
+    Reductions retain an increasing number of free modes, starting from two vibrations each, with the residual shapes of
+    bearings and seals and the shapes that gyroscopic moments add at the highest speed (`spinning_shapes`). If none of
+    them is accurate, or a node has no inertia, the full model is returned.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ class AttachedBearing:
     """A bearing or seal on a model, at a point that need not be a coordinate.
 
     bearing
-        Its coefficients depend on the spin speed.
+        The bearing, whose coefficients depend on the spin speed.
     right, left
         Map from the coordinates to x and y of its position, shape (2, size), and from forces along x and y there to
         forces on the coordinates, shape (size, 2). For `Bearing.tilting` these are the maps of slopes and moments.
@@ -160,8 +160,8 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
 
     m is the mass (kg), I_d and I_p are the inertias (kg m^2) about the centre of mass, across and along the axis. Spin
     adds I_p alone, since it turns the body about its axis and does not move the centre of mass. The forces of weight,
-    of motion of the base and of unbalance, m g, -m a and u Omega^2, act at the centre of mass: they load the node with
-    the moment m g d along x', and so on.
+    of motion of the base and of unbalance, m g, -m a and u Omega^2, act at the centre of mass. The weight, for example,
+    loads the node with the moment m g d along x'.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ class Element:
     """A shaft element with a ring section: length, outer and inner diameters (m) at its two ends, and a material.
 
     The diameters change linearly along a tapered element. `theory` is `timoshenko`, with the shear coefficient of
-    Cowper or of Hutchinson, or `rayleigh` without shear deformation.
+    Cowper or of Hutchinson, or `rayleigh`, without shear deformation.
     """
 
     length: float

@@ -53,8 +53,8 @@ class HarmonicModel:
         The rotor on its bearings, without those of F.
     right, left
         R and L of (1): x and y of each point in turn, shape (2 points, size) and its transpose. The points are all
-        nodes, then the centres of mass that lie off their nodes, in the order of the bodies (`harmonic_points`). The
-        last row of a rotor with a thrust disc is its motion along the shaft, which is also its last coordinate.
+        nodes, then the centres of mass that do not lie at their nodes, in the order of the bodies (`harmonic_points`).
+        The last row of a rotor with a thrust disc is its motion along the shaft, which is also its last coordinate.
     axial_mass
         Mass (kg) of a rotor with a thrust disc; 0 if there is none.
     """

@@ -1,4 +1,4 @@
-"""Hysteretic damping of the shaft: a force by loss factor and strain, independent of the frequency of bending.
+"""Hysteretic damping of the shaft: a force that depends on loss factor and strain, not on the bending frequency.
 
 The share r of the loss factor eta that rotates with the shaft opposes strain in the frame of the shaft. A whirl with
 the frequency omega in the fixed frame, forward or backward, bends the fibres of the shaft with omega - Omega or
@@ -13,7 +13,7 @@ the forward and the backward part of the motion. For motion faster than the spin
 whirl has the direction of the velocity and drives this whirl. Synchronous forward whirl leaves the strain constant and
 dissipates nothing.
 
-A model in time needs a force that depends on positions and velocities. For a free rotor with K phi_k = omega_k^2 M
+A model in time requires a force that depends on positions and velocities. For a free rotor with K phi_k = omega_k^2 M
 phi_k and phi_k^T M phi_k = 1 this force is that of viscous damping with equal loss in each mode at rest,
 
     C_i = eta sum_k omega_k (M phi_k)(M phi_k)^T.                                                          (2)

@@ -21,7 +21,7 @@ def needed_masters(rotor: Rotor) -> tuple[int, ...]:
 
 
 def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: float) -> Reduction:
-    """Return the condensation to the planes of parts and to others, until the first modes are accurate.
+    """Return the condensation to the planes of parts and as many others as the first modes require.
 
     Each new plane is placed at the largest error of the least accurate mode.
 

@@ -141,7 +141,7 @@ def _spaces(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> Iterator[Sh
 
 
 def _independence(space: ShapeSpace, places: tuple[int, ...]) -> float:
-    """Return the smallest singular value of Phi_p over the largest, with rows scaled to 1; 0 if there are too many."""
+    """Return the smallest singular value of Phi_p over the largest, with rows scaled to 1; 0 for too many rows."""
     at = space.shapes[space.rotor.rows(places)]
     if len(at) > at.shape[1]:
         return 0.0

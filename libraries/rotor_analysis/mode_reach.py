@@ -71,7 +71,7 @@ class ModeReach:
     def deciding(self) -> BearingReach:
         """The bearing that drives the mode most, if any does; otherwise the bearing with the largest reach.
 
-        A bearing with a reach below -`REACHED` drives the mode: its law needs the opposite phase there.
+        A bearing with a reach below -`REACHED` drives the mode: its law would require the opposite phase there.
         """
         worst = min(self.bearings, key=lambda bearing: bearing.value)
         return worst if worst.value < -REACHED else max(self.bearings, key=lambda bearing: bearing.value)

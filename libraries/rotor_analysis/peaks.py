@@ -43,7 +43,7 @@ def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
     Parameters
     ----------
     speeds
-        Ascending (rad/s), shape (n,), close about each peak (`refined_response`).
+        Ascending (rad/s), shape (n,), closely spaced about each peak (`refined_response`).
     amplitudes
         Amplitudes there, shape (n,).
     """

@@ -39,7 +39,7 @@ def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
     full
         The model to reduce.
     planes
-        Node numbers whose translations are kept.
+        Node numbers whose translations are retained.
 
     Raises
     ------

@@ -61,7 +61,8 @@ def refined(
     accuracy
         Relative accuracy of each maximum.
     resonant
-        Whether maxima above 0 are resonances by (1); otherwise the curves are smooth, and parabolas themselves.
+        Whether maxima above 0 are resonances by (1); otherwise the curves are smooth, and are themselves interpolated
+        by parabolas.
 
     Returns
     -------

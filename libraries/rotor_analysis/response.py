@@ -52,7 +52,7 @@ def unbalance_response(
     rotor_model
         The rotor on its bearings, full or condensed. Unbalance at a node that is not a master acts through (3.13).
     unbalance
-        Node number, or centre of mass off its node, to complex unbalance u exp(i phi) (kg m); at theta + phi = 0 it
+        Complex unbalance by node number or by centre of mass off its node, u exp(i phi) (kg m); at theta + phi = 0 it
         pulls along x.
     speeds
         Spin speeds (rad/s), shape (n,).

@@ -178,7 +178,7 @@ def _materials(elements: list[SavedShaftElement]) -> tuple[dict[str, Any], Calla
 
 
 def _collapsed(values: list[Any]) -> Any:
-    """Return a single value for equal ones, and the list for others."""
+    """Return a single value if all are equal, and otherwise the list."""
     return values[0] if len(set(values)) == 1 else values
 
 

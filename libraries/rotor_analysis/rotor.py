@@ -1,6 +1,6 @@
 """Description of a rotor: its shaft, its parts, and the reduction of the plant's model. SI units.
 
-The classes declare the form of a rotor file, with limits and units; `rotor_file.load_rotor` reads one. Created in
+The classes declare the form of a rotor file, with limits and units; `rotor_file.load_rotor` reads one. If created in
 Python, they check their values in the same way.
 """
 
@@ -82,7 +82,7 @@ class ReductionOptions:
 
 @table
 class Mesh:
-    """Fineness of the elements: halving them moves no mode by more than allowed."""
+    """Fineness of the elements: halving them changes no mode by more than allowed."""
 
     modes: Annotated[StrictInt, Ge(1)] = 6
     """Number of modes, from the lowest."""

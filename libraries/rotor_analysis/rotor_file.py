@@ -59,7 +59,7 @@ def _merged(data: dict[str, Any], tables: Tables) -> dict[str, Any]:
 def numbered_positions(source: RotorSource = None) -> tuple[float, ...]:
     """Return the positions (m) of the nodes to which `node` and `masters` of a valid rotor file refer, from 1 on.
 
-    These are the nodes of the file, or the ends of its sections, without those that `z` and `[mesh]` add; of a `Rotor`
+    These are the nodes of the file, or the ends of its sections, without those that `z` and `[mesh]` add; for a `Rotor`
     they are the nodes of its shaft.
     """
     if isinstance(source, Rotor):

@@ -1,6 +1,6 @@
 """The rotor for analyses of sampled control: the modes that the samples see, at any frequency.
 
-Control that acts by currents held over a sample T excites every mode, and sees a fast one as a slow one. A mode of
+Control with currents that are held over a sample T excites every mode, and takes a fast mode for a slow one. A mode of
 frequency omega and damping ratio zeta, with the displacements phi_f where forces act and phi_s at sensors, per unit of
 modal mass, answers a harmonic sequence of such currents with at most about
 

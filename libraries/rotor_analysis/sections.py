@@ -33,7 +33,7 @@ class ElementSection:
             require(inner < outer, f"inner_diameter{end}", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
 
     def part(self, begin: float, end: float) -> ElementSection:
-        """Return the part from `begin` to `end`, relative to the length."""
+        """Return the part from `begin` to `end`, both relative to the length."""
         outer = [between((self.diameter, self.diameter_end), s) for s in (begin, end)]
         inner = [between((self.inner_diameter, self.inner_diameter_end), s) for s in (begin, end)]
         return ElementSection(outer[0], inner[0], outer[1], inner[1], self.material)

@@ -4,7 +4,7 @@
 
 Hysteretic damping D depends on the frequency of the motion only by the sign of its difference from the spin speed
 (`hysteresis`). It is constant for all motion slower than the spin, and for all faster motion, so two linear problems
-contain all modes. An overdamped mode, which has no frequency, is one of a third problem with D at frequency 0.
+contain all modes. An overdamped mode, which has no frequency, belongs to a third problem with D at frequency 0.
 
 A motion N that nothing holds, K N = 0, has the eigenvalue 0, and has it twice if nothing resists its velocity either:
 
@@ -99,7 +99,7 @@ def eigenpairs(model: Matrices, Omega: float, omega: float | None = None) -> tup
 
 
 def oscillating(values: Complex) -> Bools:
-    """Return which eigenvalues (rad/s) are of motion with a frequency."""
+    """Return which eigenvalues (rad/s) belong to motion with a frequency."""
     return np.isfinite(values) & (np.abs(values.imag) > np.maximum(AT_REST, 1e-6 * np.abs(values)))
 
 
@@ -148,7 +148,7 @@ def _solved(model: Matrices, Omega: float, D: Array | Complex | None = None) -> 
 
 
 def _with_zeros(values: Complex, model: Matrices, Omega: float, D: Array | Complex | None = None) -> Complex:
-    """Return the eigenvalues with as many of the smallest at 0 as there are by (2)."""
+    """Return the eigenvalues, with as many of the smallest set to 0 as (2) requires."""
     if np.abs(values).min(initial=math.inf) < NEAR_ZERO:
         values[np.argsort(np.abs(values), kind="stable")[: _multiplicity_of_zero(model.at(Omega), Omega, D)]] = 0.0
     return values

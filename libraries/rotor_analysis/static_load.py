@@ -89,7 +89,7 @@ def carried_at(rotor: Rotor, nodes: Sequence[int], springs: Sequence[tuple[int, 
 
 
 def _supports(rotor: Rotor, springs: Mapping[str, float]) -> tuple[list[Bearing], list[Bearing]]:
-    """Return the rigid bearings and those that are springs with a stiffness, which together support the rotor."""
+    """Return the rigid bearings, and those that are springs with a stiffness; together they support the rotor."""
     rigid = [bearing for bearing in rotor.bearings if bearing.name not in springs]
     stiff = [bearing for bearing in rotor.bearings if springs.get(bearing.name, 0.0) > 0.0]
     if len({bearing.node for bearing in (*rigid, *stiff)}) < 2:

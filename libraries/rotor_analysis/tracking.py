@@ -67,9 +67,9 @@ def modal_assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex
 
 
 def pair_modes(M: Array, tracked: Sequence[Complex], shapes: Sequence[Complex]) -> list[tuple[int | None, float]]:
-    """Return, for each tracked shape, the index of the one of `shapes` that continues it, and the MAC of the pair.
+    """Return, for each tracked shape, the index of the shape of `shapes` that continues it, and the MAC of the pair.
 
-    Each shape is used once. The index is None if none is left or the MAC is below 0.5.
+    Each shape is used once. The index is None if no shape is left or the MAC is below 0.5.
     """
     criterion = modal_assurance(M, tracked, shapes)
     pairs: list[tuple[int | None, float]] = [(None, 0.0)] * len(tracked)

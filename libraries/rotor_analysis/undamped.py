@@ -45,7 +45,7 @@ def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array
 
 
 def _tilting(rotor: Rotor) -> list[Bearing]:
-    """Return the moments of bearings and seals, as `Bearing.tilting`."""
+    """Return the moments of bearings and seals, in the form of `Bearing.tilting`."""
     supports = (part.tilting for part in (*rotor.bearings, *rotor.seals))
     return [tilting for tilting in supports if tilting is not None]
 

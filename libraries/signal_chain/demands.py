@@ -20,7 +20,7 @@ class Limits(NamedTuple):
 
 @kernel
 def dac_of(chain: np.record) -> Converter:
-    """Return the DAC, with step 0 if it is off; one serves all demands of a sample."""
+    """Return the DAC, with step 0 if it is off; one DAC serves all demands of a sample."""
     if not is_on(chain.preset, chain.dac):
         return Converter(0.0, 0.0)
     return converter_of(chain.dac_bits, chain.dac_range)

@@ -4,7 +4,7 @@ Ampere's law along the iron's surface about the coil, with the tangential field 
 
     N i = 2 g_0 B/mu_0 + integral of H dl                                                     (1)
 
-Below the surface the field diffuses into the iron, H'' = s sigma mu H, as into a half-space: it decays by
+Below the surface the field diffuses into the iron, H'' = s sigma mu H, as it would into a half-space: it decays by
 exp(-x sqrt(s sigma mu)), and the flux per width of the surface is mu H/sqrt(s sigma mu). A flux Phi that flows along a
 surface of width w therefore needs the field H = sqrt(s sigma/mu) Phi/w, and
 
@@ -23,8 +23,8 @@ The flux relative to that without eddy currents is
 
     G(s) = 1/(1 + sqrt(s/omega_e)),   sqrt(omega_e) = R_0/c                                   (5)
 
-Its phase tends to -45 degrees, its magnitude falls with the root of the frequency. The bias is constant, so that both
-the current's and the displacement's share of the force lag: F = G(s) (K_i i + K_s z).
+Its phase tends to -45 degrees, and its magnitude falls with the root of the frequency. The bias is constant, so that
+both the current's and the displacement's share of the force lag: F = G(s) (K_i i + K_s z).
 
 The form (2) is that of L. Zhu, C. R. Knospe, E. H. Maslen, IEEE Trans. Magn. 41 (2005), of which only the abstract was
 read; (3) and (4) are derived here. They neglect the iron's static reluctance and a skin as thick as the iron, which
@@ -96,7 +96,7 @@ def pole_face(ring: Ring, fed_from: float) -> float:
     ring
         Inner and outer radius (m).
     fed_from
-        The radius of these two at which the flux enters (m).
+        The one of these radii at which the flux enters (m).
     """
     r_a = fed_from
     r_b = ring[0] if fed_from == ring[1] else ring[1]

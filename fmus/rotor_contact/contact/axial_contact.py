@@ -178,7 +178,7 @@ def _stays(faces: FaceRecords, mass: float, z: float, speed: float, a: float, w:
 
 @kernel
 def _changes(face: Face, z: float, speed: float, a: float, w: float, c: float, t: float) -> bool:
-    """Return whether a face is met, or left, at the time t (s) of a phase."""
+    """Return whether the face meets, or leaves, its seat at the time t (s) of a phase."""
     if face.enabled == 0.0:
         return False
     rate, S, C_2, _ = responses(w, c, t)
@@ -191,7 +191,7 @@ def _changes(face: Face, z: float, speed: float, a: float, w: float, c: float, t
 
 @kernel
 def _instant(face: Face, z: float, speed: float, a: float, w: float, c: float, length: float) -> float:
-    """Return the time (s) in a phase at which a face is met, or left."""
+    """Return the time (s) in a phase at which the face meets, or leaves, its seat."""
     low, high = 0.0, length
     for _ in range(N_HALVINGS):
         middle = 0.5 * (low + high)

@@ -1,7 +1,7 @@
 """Bodies other than the shaft: retainer housings on their mounts, races in them, and the rotor's spin.
 
 docs/theory/retainers.md states the equations of motion; omega_0 there is `RACE_SPEED_SCALE`. T is the friction force on
-the rotor, forward positive. Unbalance couples a free spin to the shaft by p, so that
+the rotor, positive if forward. Unbalance couples a free spin to the shaft by p, so that
 
     (J - p . M^-1 p) Omega' = M_drive - c_s Omega - p . a
 

@@ -1,4 +1,4 @@
-"""Forces of faces on the shaft, its spin, and the retainers on which it lands; and their heat.
+"""Forces of faces on the shaft, its spin, and the retainers on which it lands, and the heat of the faces.
 
 Over a part of a step, the force of the seat follows from the motion along the shaft, and the torque of friction from
 the state at its beginning; this torque cannot end the slip before the end of the part. The centre of pressure and the

@@ -6,8 +6,9 @@
       |_____|_____|    n        1 if the seat pushes the rotor to larger z, else -1
      ///////////////   N        force of the seat, a mean over a part of the step; it acts at the centre of pressure c
 
-With a = R |u - u_s|, the part of the ring that touches lies within the angle p of the deepest point, cos p = -delta/a:
-all of it for delta > a. Its springs and dampers give, with the rate a' of n R (u - u_s) along the lean and across it,
+With a = R |u - u_s|, the part of the ring that touches lies within the angle p of the deepest point, cos p = -delta/a;
+for delta > a the whole ring touches. Its springs and dampers give, with the rate a' of n R (u - u_s) along the lean and
+across it,
 
     N     = k/pi (delta p + a sin p) + d/pi (delta' p + a'_1 sin p)                                        (1)
     N c/R = k/pi (delta sin p + a (p/2 + sin(2 p)/4)) + d/pi (delta' sin p + a'_1 (p/2 + sin(2 p)/4))
@@ -225,7 +226,7 @@ def eccentricity(force: float, p_x: float, p_y: float) -> tuple[float, float]:
 
 @kernel
 def friction_of_ring(rho: float) -> tuple[float, float]:
-    """Return F and D - rho F of (2): force over mu N, and torque over mu N R; at 1/rho they change places."""
+    """Return F and D - rho F of (2): force over mu N, and torque over mu N R; they are exchanged at 1/rho."""
     if rho > 1.0:
         torque, force = _friction_below_one(1.0 / rho)
         return force, torque

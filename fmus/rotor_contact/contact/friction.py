@@ -87,7 +87,7 @@ def reversed_slip(site: Site, slip: float) -> float:
 
 @kernel
 def close_in_sliding(site: Site, v: Array, Omega: float) -> None:
-    """Close a site in sliding mode, with friction opposing the present slip."""
+    """Close a site in sliding mode, in which friction opposes the present slip."""
     site.mode = SLIDING
     site.slip_sign = 1.0 if slip_velocity(site, v, Omega) >= 0.0 else -1.0
 

@@ -141,7 +141,7 @@ def slip_velocity(site: Site, v: Array, Omega: float) -> float:
 
 @kernel
 def race_radius(site: Site) -> float:
-    """Return the radius (m) at which the journal touches the race."""
+    """Return the radius (m) at which the journal touches its race."""
     radius: float = site.journal_radius + site.clearance
     return radius
 

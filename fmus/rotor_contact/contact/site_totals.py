@@ -56,7 +56,7 @@ def set_rates(site: np.record, heat: float, rate: np.record) -> None:
 
 @kernel
 def collect_substep(site: np.record, begin: np.record, second: np.record, third: np.record, end: np.record) -> None:
-    """Collect a substep from its rates at the stages: the largest normal force is the maximum of a parabola.
+    """Collect a substep from its rates at the stages; the largest normal force is the maximum of a parabola.
 
     At the midpoint, the mean of the two stages is one order more accurate than either.
     """

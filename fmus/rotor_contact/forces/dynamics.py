@@ -204,8 +204,8 @@ def unbalance_direction(theta: float, Omega: float, Omega_dot: float) -> complex
 def free_acceleration(motion: Motion, speed_gain: float, unbalance: complex, q: Array, v: Array, a: Array) -> None:
     """Write the shaft's acceleration without contact into the first n of `a` (m/s^2).
 
-    `speed_gain` is the change of the spin speed (rad/s) since the beginning of the step, `unbalance` the
-    `unbalance_direction` now.
+    `speed_gain` is the change of the spin speed (rad/s) since the beginning of the step, `unbalance` is the present
+    `unbalance_direction`.
     """
     n = motion.rows.shape[1]
     A, B = unbalance.real, unbalance.imag
@@ -226,7 +226,7 @@ def free_acceleration(motion: Motion, speed_gain: float, unbalance: complex, q: 
 def input_power(motion: Motion, unbalance: complex, q: Array, v: Array) -> float:
     """Return the power (W) of all input forces on the shaft, without passive bearings.
 
-    `unbalance` is its direction, or 0 if its work does not count as input.
+    `unbalance` is its direction, or 0 if its work does not count as work of the inputs.
     """
     power = 0.0
     A, B = unbalance.real, unbalance.imag

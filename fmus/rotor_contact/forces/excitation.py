@@ -78,7 +78,7 @@ def unbalance_xy(unbalance: float, phase: float) -> tuple[float, float]:
 def collect_forces(structure: Structure, amplitudes: Array, motion: Motion) -> None:
     """Write the non-magnetic forces of a step with their accelerations, and the rows of the bearings, into a motion.
 
-    The coefficients K, C and the accelerations due to magnets are not written yet. The pairs of the base contain
+    The coefficients K, C and the accelerations due to magnets are written later. The pairs of the base contain
     accelerations, which the inertia of the shaft resists; its weight acts like an acceleration against gravity.
     """
     n_bearings, pairs = motion.bearings.shape[0], amplitudes.shape[0] // 2

@@ -2,10 +2,10 @@
 
     D(h) = int_0^h [v . C v + v . R (v - Omega J q)] dt = x . H x
 
-C holds the dampers of passive bearings, of mounts and of the shaft to the ground, R those that rotate with the shaft;
-seals are not included. Quadrature over a piece would miss modes that vibrate several times in it; H includes them. The
-H of the shortest piece follows from Lobatto's quadrature, and the others from doubling: with x' and x'' at the
-beginnings of both halves (`matrix_rows`)
+C holds the dampers of passive bearings, of mounts and of the shaft to the ground, and R the dampers that rotate with
+the shaft; seals are not included. Quadrature over a piece would miss modes that vibrate several times in it; H includes
+them. The H of the shortest piece follows from Lobatto's quadrature, and the others from doubling: with x' and x'' at
+the beginnings of both halves (`matrix_rows`)
 
     D(2 T) = x' . H(T) x' + x'' . H(T) x''
 

@@ -5,8 +5,8 @@ with Y_i, the motion up to Lobatto point c_i of a piece of length T,
 
     Y_i(2 T): x -> Y_i(T) (y, e, F'') with y = Y_i(T) (q, v, e, F'),  F'_j = F(c_j/2),  F''_j = F((c_i + c_j)/2)
 
-where F is the cubic over [0, 1] through the values, and e the unit inputs (`excitation`), of which unbalances turn by
-Omega c_i T. P is Y_3.
+where F is the cubic over [0, 1] through the values, and e the unit inputs (`excitation`), of which the unbalances turn
+by Omega c_i T. P is Y_3.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def _rotate_form(H: Array, row: int) -> None:
 
 @kernel
 def share_of(matrices: StepMatrices, which: int, index: float) -> float:
-    """Return the share of rows complete for a speed of the grid in the slot `which`."""
+    """Return the share of complete rows for a speed of the grid in the slot `which`."""
     sizes, slot = matrices.sizes[0], matrices.slots[which]
     if slot.index != index:
         return 0.0

@@ -1,4 +1,4 @@
-"""When the matrices of a step are built: after steps of the same rotor, around a speed that changes slowly."""
+"""When the matrices of a step are built: after several steps of the same rotor, around a slowly changing speed."""
 
 from __future__ import annotations
 

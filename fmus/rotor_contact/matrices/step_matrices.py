@@ -7,12 +7,12 @@ the next,
 
     (q, v)(h) = x P,    (a(0), (q, v)(c_i h), i = 1..3) at the ports = x S,    x = (q, v, 1, 0, A, B, F_j)(0)
 
-where 1 multiplies the steady non-magnetic forces, 0 the same turned by a right angle, so that x
-consists of pairs along x and y; A + i B is the direction of the unbalance. In addition to the ports, S observes
-cosine . q and sine . q, which give the unbalance's work and its torque on a free spin. These rows and columns depend on
-the present inputs: `matrix_inputs` combines them from the rows for unit inputs (`excitation`), which follow the n_x
-rows of x. Level l is for a piece of h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the
-series converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
+where 1 multiplies the steady non-magnetic forces, 0 multiplies the same forces turned by a right angle, so that x
+consists of pairs along x and y; A + i B is the direction of the unbalance. In addition to the ports, S observes cosine
+. q and sine . q, which give the unbalance's work and its torque on a free spin. These rows and columns depend on the
+present inputs: `matrix_inputs` combines them from the rows for unit inputs (`excitation`), which follow the n_x rows of
+x. Level l is for a piece of h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the series
+converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
 
 P and S depend on the speed: slots of memory hold them for speeds on a grid (`speed_grid`), and two for a constant
 speed, with the gradients of the magnets (`constant_speed`).

@@ -5,7 +5,7 @@ seat's forces F by the motion, and the motion B F that they cause,
 
     (1 - J B) dF = F(motion) - F
 
-since the damping of a ring, and friction that creeps, are stiff against the end of a flexible shaft.
+since the damping of a ring, and friction that creeps, are stiff compared with the end of a flexible shaft.
 """
 
 from __future__ import annotations

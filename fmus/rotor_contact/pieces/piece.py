@@ -121,7 +121,7 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
 def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_torque: float) -> None:
     """Advance spin and races over a piece of length h (s) under node friction; call it until it converges.
 
-    Torques of drive and drag converge here, as contact forces may not depend on them.
+    The torques of drive and drag converge here, because contact forces may not depend on them.
     """
     piece = piece_of(matrices)
     for k in range(w.sites.shape[0]):

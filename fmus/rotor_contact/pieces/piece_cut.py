@@ -43,8 +43,8 @@ def cut_piece(
     """Write the state after a share of a piece of length h (s) to z_new; return the energy (J) dampers take until then.
 
     The nodes of the piece become the nodes of this part, because `piece_energy` needs them. `torque` is the torque of
-    rotating damping on the spin (N m); `index` is the position of the speed on the grid. On an event, sites are put on
-    their circles later, when the modes are found.
+    rotating damping on the spin (N m); `index` is the position of the speed on the grid. After an event, sites are put
+    on their circles later, when the modes are found.
     """
     piece, stages, n = piece_of(matrices), stages_of(w.stages), int(matrices.sizes[0].n)
     z_new, y = stages.z_new, series_of(matrices).y

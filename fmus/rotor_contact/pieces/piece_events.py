@@ -5,7 +5,7 @@
                  slip vanishes          v_slip = 0, if it slides
                  friction too small     |T| = mu_s N, if it rolls
 
-A slow touch or a graze that lasts less than a sixteenth of the piece is not an event.
+A slow touch or a graze that lasts less than a sixteenth of the piece does not count as an event.
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ def _end_of_mode(site: Site, nodes: Nodes) -> float:
 
 @kernel
 def _end_of_slip(w: Workspace, matrices: StepMatrices, n_terms: int, near: float) -> float:
-    """Return the share of the piece, `near` this one, at which slip of a sliding site reverses, or `near` (secant).
+    """Return the share of the piece close to `near` at which slip of a sliding site reverses, or `near` (secant).
 
     Requires the series of the piece, of `n_terms` terms, up to there.
     """

@@ -1,4 +1,4 @@
-"""Smoothness of a piece: how long it is certainly without contact events, and how far its forces are from parabolas."""
+"""Smoothness of a piece: how long it certainly has no contact events, and how far its forces are from parabolas."""
 
 from __future__ import annotations
 

@@ -113,8 +113,8 @@ def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, fi
 def isotropic_combination(x: Array, A: Array, y: Array, turned: Array, first: int, size: int) -> None:
     """Write the same as `combination` for rows that are alternately responses to x and y.
 
-    The responses to y are not read: the response to (v, w) is v times that to x, plus w times the same turned by a
-    right angle. `turned` is scratch of the size of y.
+    The responses to y are not read: the response to (v, w) is v times the response to x, plus w times that response
+    turned by a right angle. `turned` is scratch of the size of y.
     """
     for i in range(size):
         y[i] = turned[i] = 0.0

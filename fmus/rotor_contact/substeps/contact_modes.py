@@ -39,10 +39,10 @@ LOWEST_FLIGHT = 5e-11
 
 @kernel
 def resolve_modes(w: Workspace, tau: float, shortest: float) -> int:
-    """Find modes that are consistent with the forces at z: no tension, no friction beyond the law; store k_1.
+    """Find modes that are consistent with the forces at z, without tension or friction beyond the law; store k_1.
 
     Sites that would touch again within `shortest` (s), or hardly lift, count as closed, because the bounces of one
-    site, or of two sites in turn, accumulate there. Returns a fault code: with strong friction, no modes may be
+    site, or of two sites in turn, accumulate there. Returns a fault code, because with strong friction no modes may be
     consistent.
     """
     n = w.n

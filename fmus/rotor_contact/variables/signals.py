@@ -39,8 +39,8 @@ N_SEAL_OUTPUTS, N_AXIAL_PARAMETERS, N_AXIAL_INPUTS, N_AXIAL_OUTPUTS, N_FACE_PARA
 class Parameters(NamedTuple):
     """Single parameters as a record of type `PARAMETERS`, in an array of one, and the parameters of sites and bearings.
 
-    Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS), and so are face parameters. `thrust` has one record
-    of the motion along the shaft, or none.
+    Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS), and so are face parameters. `thrust` contains one
+    record of the motion along the shaft, or none.
     """
 
     scalars: Records

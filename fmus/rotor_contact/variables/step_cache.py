@@ -1,7 +1,7 @@
 """Data shared with the last step: records of sites and bodies, and non-magnetic forces.
 
 The cache is in the scratch array with the parameters and inputs that it depends on, and is recomputed if any of these
-differs in a bit.
+differs by a bit.
 """
 
 from __future__ import annotations

@@ -219,8 +219,8 @@ def _inner_point(site: Site, free: np.record, contact: np.record, number: int) -
 def find_end_forces(w: Workspace, whole: WholeStep, end: Array) -> bool:
     """Project the end of a piece onto the circles and store the forces at the sites; return False if any is tensile.
 
-    The forces follow from the acceleration at the end and are therefore as accurate as the motion, more so than the
-    cubic.
+    The forces follow from the acceleration at the end and are therefore as accurate as the motion, and more accurate
+    than the cubic.
     """
     n = w.Minv.shape[0]
     a = stages_of(w.stages).k_1[n : 2 * n]

@@ -3,11 +3,10 @@
     (q, v, w_A, w_B)(h) = x F,    x = (q, v, 1, 0, A, B, f, d_1, d_2, d_3, c_0, .., c_3)(0)
 
 f are the forces of the magnets with the gradients in the matrices (`constant_speed`), held over the step, d_j their
-changes at the later Lobatto points because the present gradients differ from those (`flight`), and c_j the contact
-forces of all sites at Lobatto point j (`collocation`). A w_A + B w_B is the work of the unbalance (`piece_energy`),
-x . H x the heat of all damping, x . G x the work of the spin and of seals (`matrix_dampers`, `matrix_powers`). S
-observes each site: its acceleration without contact at both ends, and its place and velocity at the later Lobatto
-points.
+changes at the later Lobatto points if the present gradients differ from these (`flight`), and c_j the contact forces of
+all sites at Lobatto point j (`collocation`). A w_A + B w_B is the work of the unbalance (`piece_energy`), x . H x the
+heat of all damping, x . G x the work of the spin and of seals (`matrix_dampers`, `matrix_powers`). S observes each
+site: its acceleration without contact at both ends, and its place and velocity at the later Lobatto points.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ def first_held(matrices: StepMatrices) -> int:
 
 @views
 def first_contact(matrices: StepMatrices) -> int:
-    """Return the first row of contact forces: x and y of all sites at the first point, then of all at the next."""
+    """Return the first row of contact forces: x and y of all sites at the first point, then at the next ones."""
     return first_held(matrices) + N_LOBATTO * matrices.gradients.shape[0]
 
 

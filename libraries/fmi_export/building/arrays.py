@@ -1,4 +1,4 @@
-"""The variables of a model in FMI 3.0: numbered ones form arrays, all others are scalars.
+"""The variables of a model in FMI 3.0: numbered variables form arrays, all others are scalars.
 
 Variables named after a place stay scalars in FMI 3.0: bearing axes, discs and contact sites are wired in sequence and
 looked up by name (`seal.f_n`). Numbered variables and matrices become arrays: the sensors of plant and controller,

@@ -55,8 +55,8 @@ Columns = dict[str, list[Any]]
 def experiment_files(model: Model, constants: Array, by_slot: bool = False) -> dict[str, bytes]:
     """Return the files of the experiment by their paths in an FMU.
 
-    There are none if this machine has no shipped or cached engine, because none is compiled for this, or if the model
-    cannot take these steps.
+    There are none if this machine has no shipped or cached engine, because none is compiled for this purpose, or if the
+    model cannot take these steps.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ def python_fmu(model: Model, constants: Array, platforms: Iterable[str] | None =
     Raises
     ------
     ValueError
-        If PythonFMU has no library for a platform, or the guard before it must be compiled and cannot be.
+        If PythonFMU has no library for a platform, or the guard in front of it must be compiled and cannot be.
     """
     chosen = check_guarded([host_platform()] if platforms is None else platforms)
     guid = python_guid(model, constants)
@@ -126,7 +126,7 @@ def _library_of_pythonfmu(platform: str) -> bytes:
 
 
 def _data(model: Model, constants: Array, guid: str) -> bytes:
-    """Return the data of the guard: everything except the constants, which kernels in Python read from a file."""
+    """Return the data of the guard: everything except the constants, which Python kernels read from a file."""
     return model_data(_without_constants(model, constants), np.zeros(0), guid, guard_key())
 
 

@@ -14,7 +14,7 @@ NAME = "signals"
 
 
 def terminals(table: Interface) -> bytes:
-    """Return the file with one terminal, a bus of all inputs and outputs by name.
+    """Return the file with a single terminal: a bus of all inputs and outputs by name.
 
     Outputs of this project's models are named after the inputs that they feed, so that connecting two such buses
     connects the members that both have, an output to an input.

@@ -50,7 +50,7 @@ _PRODUCT = re.compile(rf"({_OF_SI})((?:{_OF_SI})+)s?", re.IGNORECASE)
 
 
 def lower_case(name: str) -> str:
-    """Return a written-out name as it is usually written, and a product as its factors; others unchanged.
+    """Return a written-out name as it is usually written, and a product as its factors; other names are unchanged.
 
     Examples
     --------

@@ -194,7 +194,7 @@ def _shortened(text: str) -> str:
 
 
 def _plain(unit: str) -> str:
-    """Return a unit in FMI notation: without printed signs, products by hyphens (`oz-in`) and a leading `/`."""
+    """Return a unit in FMI notation, with printed signs, hyphens of products (`oz-in`) and a leading `/` replaced."""
     text = STOP.sub("", INITIALS.sub(lambda match: "".join(match.groups()).lower(), unit.strip()))
     text = re.sub(r"°(?![A-Za-z])", "deg", text.translate(SIGNS)).replace("‰", "permille")
     return re.sub(r"^/", "1/", re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", "*", text))

@@ -26,7 +26,7 @@ class Commands(PackCommands):
             return super().main(*args, **options)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Refuse arguments that are not UTF-8: results, pages and figures contain file names as text."""
+        """Refuse arguments that are not UTF-8, because results, pages and figures contain file names as text."""
         for argument in args:
             if argument != argument.encode("utf-8", "replace").decode():
                 raise Refused(f"argument {argument!r} is not UTF-8; rename the file or folder")
@@ -52,7 +52,7 @@ class Commands(PackCommands):
 
 
 def _refuse(distributions: Mapping[str, str], error: Exception | None = None) -> None:
-    """Refuse an installed distribution whose entry points cannot be read: Pydantic and xarray read all of them."""
+    """Refuse an installed distribution with unreadable entry points, because Pydantic and xarray read all of them."""
     for name, reason in distributions.items():
         problem = f"entry_points.txt of the installed {name} cannot be read: {reason}"
         raise Refused(f"{problem}; correct or uninstall it") from error

@@ -52,7 +52,7 @@ class Refused(Failed):
 
 @contextmanager
 def refusing() -> Iterator[None]:
-    """Turn invalid input and FMUs that refuse to start into `Refused`, errors in writing into `Failed`.
+    """Turn invalid input and FMUs that refuse to start into `Refused`, and errors in writing into `Failed`.
 
     The end of the process that runs the FMUs is `Failed`, too.
     """

@@ -93,7 +93,7 @@ def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
 
 
 def _last(texts: Sequence[str], count: int, option: str) -> Any:
-    """Return the last text for all runs, or None; a list with an entry per run if any is for a single run."""
+    """Return the last text for all runs, or None; if any is for a single run, return a list with one entry per run."""
     last = [of_run[-1] if of_run else None for of_run in _by_run(texts, count, option)]
     return last if _names_run(texts) else last[0] if last else None
 

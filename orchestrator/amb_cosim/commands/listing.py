@@ -1,6 +1,7 @@
 """The command that lists scenarios and the entries of applications, or shows everything about one.
 
-An application adds entries in its module `listing`: `entries()` returns them, `outcomes()` outcomes by scenario.
+An application adds entries in its module `listing`: `entries()` returns them, `outcomes()` returns outcomes by
+scenario.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Shared options, named after the arguments that they are passed to."""
+"""Shared options, named like the arguments to which they are passed."""
 
 from __future__ import annotations
 

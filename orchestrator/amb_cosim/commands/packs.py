@@ -17,7 +17,7 @@ PACKAGES: dict[click.Command, str] = {}  # of commands that this package makes f
 
 
 class PackCommands(click.Group):
-    """A group to which others add commands; they are imported for listings, and for commands not defined here.
+    """A group to which others add commands; these are imported for listings, and for commands not defined here.
 
     `sections` contains the names of commands by the heading under which help lists them; all others are listed under
     the name of their pack, or as commands. `former` contains the names of former commands, with the replacement of
@@ -31,7 +31,7 @@ class PackCommands(click.Group):
         self.sections: dict[str, list[str]] = {}
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """Return the called command; a former one is refused with its replacement."""
+        """Return the called command; refuse a former one and name its replacement."""
         if self.get_command(ctx, args[0]) is None and args[0] in self.former:
             raise Refused(f"there is no command {args[0]!r} any more; use 'amb-cosim {self.former[args[0]]}'")
         return super().resolve_command(ctx, args)

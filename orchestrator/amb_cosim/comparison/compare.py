@@ -147,8 +147,8 @@ def compare(
 ) -> Comparison:
     """Run scenarios, or read results, and return them side by side.
 
-    Settings, rotor and flavour apply to all runs, or are a sequence with one per source. Settings for all do not affect
-    saved results. Ctrl-C interrupts the present run and skips the rest.
+    Settings, rotor and flavour apply to all runs, or are a sequence with one value per source. Settings for all do not
+    affect saved results. Ctrl-C interrupts the present run and skips the rest.
 
     Parameters
     ----------
@@ -249,7 +249,7 @@ def _for_each(value: Any, count: int, name: str) -> list[Any]:
 
 
 def _label(name: str, settings: Mapping[str, Raw] | None, rotor: Any, flavour: str, requested: tuple[Any, ...]) -> str:
-    """Return the name of a scenario with the settings that are not common to all."""
+    """Return the name of a scenario with the settings that not all scenarios share."""
     varied, rotors, flavours = (_is_each(each) for each in requested)
     parts = [f"{key}={value}" for key, value in (settings or {}).items()] if varied else []
     parts += [Path(str(named(rotor))).stem] if rotors and rotor else []

@@ -168,7 +168,7 @@ def _times(run: Signals, changing: bool) -> Array:
 
 
 def _is_changing(runs: Runs) -> bool:
-    """Return whether the speed of any run changes, so that all are drawn over time."""
+    """Return whether the speed of any run changes, in which case all runs are drawn over time."""
     return any(speed_changes(run) for run in runs.values())
 
 

@@ -25,7 +25,7 @@ class LargestDifference:
 
 @dataclass(frozen=True)
 class AgainstFirst:
-    """Comparison of a run with the first, over the samples at common times.
+    """Comparison of a run with the first run, over the samples at common times.
 
     label
         The run.

@@ -44,7 +44,7 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
     Parameters
     ----------
     law
-        Continuous, or sampled at `sample_time`.
+        Continuous law, or law sampled at `sample_time`.
     sample_time
         s.
     method
@@ -107,7 +107,7 @@ def _matched(system: Any, sample_time: float) -> Any:
         K(s) = k prod (s - z_i)/prod (s - p_i),    K_d(z) = k_d prod (z - exp(z_i T))/prod (z - exp(p_i T))    (1)
         k_d T^n prod' (1 - exp(z_i T))/prod' (1 - exp(p_i T)) = k prod' (-z_i)/prod' (-p_i)                    (2)
 
-    since z - 1 -> s T: the static gain, or the rate of integration, stays.
+    since z - 1 -> s T: the static gain, or the rate of integration, is preserved.
     """
     import control
     from scipy.signal import tf2zpk

@@ -39,7 +39,7 @@ class LinearController:
     Parameters
     ----------
     laws
-        Sampled laws of one order by speed (rad/s), ascending.
+        Sampled laws of the same order by speed (rad/s), ascending.
     ports
         Names of signals and demands.
     sample_time
@@ -253,7 +253,7 @@ def _from_file(path: Path, options: Mapping[str, Any]) -> LinearController:
 
 
 def _check_method(laws: Mapping[float, Law], given: Mapping[str, object]) -> None:
-    """Raise ValueError if a discretisation is given for laws that are sampled already, which would ignore it."""
+    """Raise ValueError if a discretisation is given for laws that are already sampled and would ignore it."""
     for name, value in given.items():
         if value is not None and all(law.sample_time is not None for law in laws.values()):
             raise ValueError(f"{name} = {value} is not allowed; the law is sampled already")

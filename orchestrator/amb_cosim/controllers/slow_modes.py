@@ -1,7 +1,8 @@
 """The slow modes of a sampled law, which wind up when a demand is limited.
 
-A = [V V_f] diag(A_s, A_f) [W; W_f] with the modes |lambda| >= alpha = exp(-T / slow_time) in A_s: real Schur form,
-ordered, and a Sylvester equation. With C_s = C V and F = A_s / alpha, whose modes are all outside the unit circle,
+A = [V V_f] diag(A_s, A_f) [W; W_f] with the modes |lambda| >= alpha = exp(-T / slow_time) in A_s; the method is an
+ordered real Schur form and a Sylvester equation. With C_s = C V and F = A_s / alpha, whose modes are all outside the
+unit circle,
 
     X = F^-T (X + C_s^T C_s) F^-1,    P = X^-1                                         (1)
     L = alpha V F P C_s^T (C_s P C_s^T + 1)^-1                                         (2)
@@ -61,7 +62,7 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
     Parameters
     ----------
     law
-        Sampled at `sample_time` (s).
+        Law sampled at `sample_time` (s).
     slow_time
         Time constant (s) above which a mode is slow.
 

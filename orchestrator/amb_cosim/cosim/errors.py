@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 class FmuError(RuntimeError):
-    """An FMU refused a call; `status` is its FMI status, `log` its messages.
+    """An FMU refused a call; `status` is its FMI status, `log` contains its messages.
 
     `end` is the time (s) that the FMU reached in a step in which it ended the run, as FMI allows; NaN if it states
     none, and None for all other calls.
@@ -46,7 +46,7 @@ class StepFailed(RuntimeError):
 
 
 class StartFailed(RuntimeError):
-    """The components cannot be initialised: one refuses, or their outputs do not settle."""
+    """The components cannot be initialised: one of them refuses, or their outputs do not settle."""
 
 
 class ProcessFailed(RuntimeError):

@@ -54,8 +54,8 @@ def build(
     Raises
     ------
     ValueError
-        If a file is invalid or incomplete, the table is of another rotor, a component of the scenario is not a model,
-        or a platform or the compiler is not available.
+        If a file is invalid or incomplete, the table belongs to another rotor, a component of the scenario is not a
+        model, or a platform or the compiler is not available.
 
     Examples
     --------

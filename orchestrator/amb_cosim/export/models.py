@@ -47,7 +47,7 @@ def amb_actuator(rotor: RotorSource = None, **_: Any) -> Made:
 def rolac_controller(rotor: RotorSource = None, receptances: Path | ReceptanceTable | None = None, **_: Any) -> Made:
     """Return the controller for a rotor, with H of a table file, or of the rotor model from 5 to 100 Hz.
 
-    The model's rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
+    The rotor of this model is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
     """
     from amb_cosim.model_constants.receptance_file import read_table
     from amb_cosim.model_constants.rotor_models import control_loop, controller

@@ -76,7 +76,7 @@ def plan_models(
 
 
 def made_for(system: System, source: Callable[..., Made] = model_source, **options: Any) -> dict[str, Made]:
-    """Return model and constants of each component of a system, from `model_source` or a cache of it.
+    """Return model and constants of each component of a system, from `model_source` or from its cache.
 
     Raises
     ------

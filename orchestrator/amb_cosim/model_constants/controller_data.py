@@ -21,7 +21,7 @@ SPEEDS = tuple(2.0 * np.pi * f for f in (5.0, 10.0, 15.0, 20.0, 22.0, 24.0, 25.0
 
 
 def condition_number(receptance: ArrayLike) -> float:
-    """Return the largest over the smallest singular value of R; infinite if R is singular.
+    """Return the ratio of the largest to the smallest singular value of R; infinite if R is singular.
 
     The parameter and the errors are the same as for `inverse_receptance`, which allows at most MAX_CONDITION.
     """

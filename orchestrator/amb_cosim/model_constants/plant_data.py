@@ -57,7 +57,7 @@ def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Mode
 
 
 def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:
-    """Return the stator bores of bearings as contact sites, without those that the rotor declares itself.
+    """Return the stator bores of bearings as contact sites, except the bores that the rotor declares itself.
 
     They lie in the planes of the bearings, whose motion every reduction retains, so that the reduction stays the same.
 
@@ -188,7 +188,8 @@ def _require_mass(rotor: Rotor, full: Matrices) -> None:
 def _accurate_to(rotor: Rotor) -> float:
     """Return the frequency (rad/s) up to which the receptance of the plant's model is accurate; 0 if unlimited.
 
-    A stiff rotor may have no elastic mode within the band of its reduction, which represents it below its first mode.
+    A stiff rotor may have no elastic mode within the band of its reduction, although the reduction represents it below
+    its first mode.
     """
     error = receptance_error(rotor)
     return error.limit if error is not None and math.isfinite(error.limit) else 0.0

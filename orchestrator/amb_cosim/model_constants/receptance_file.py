@@ -87,7 +87,7 @@ class ReceptanceTable:
     def updated(
         self, speed: float, receptance: ArrayLike, order: int = 1, inner: Complex | None = None
     ) -> ReceptanceTable:
-        """Return the table with a new receptance, which replaces one at that speed (within 0.5 %) if any.
+        """Return the table with a new receptance, which replaces an existing one at this speed (within 0.5 %).
 
         `inner` is as for `Entry`.
 

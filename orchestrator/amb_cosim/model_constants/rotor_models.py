@@ -82,7 +82,7 @@ def check_loop(
     rotor: RotorSource = None,
     inner: Mapping[str, float] | None = None,
 ) -> None:
-    """Raise a ValueError if a table was identified in a loop with other controller parameters than these.
+    """Raise a ValueError if a table was identified in a loop with controller parameters that differ from these.
 
     The controller is that of a rotor, by default the packs'; `inner` are parameters of an inner linear controller, by
     `component.name`.

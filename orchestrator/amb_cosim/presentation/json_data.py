@@ -67,9 +67,8 @@ class JsonKey:
 def json_data(value: Any) -> Any:
     """Return a result as dicts, lists, numbers and texts for JSON.
 
-    Dataclasses become objects, mappings too (a number as a key is written with six digits, or with all if two keys
-    would be equal), arrays lists, complex
-    arrays `{"real": .., "imaginary": ..}`, and NaN null.
+    Dataclasses become objects, and so do mappings (a number as a key is written with six digits, or with all if two
+    keys would be equal), arrays lists, complex arrays `{"real": .., "imaginary": ..}`, and NaN null.
 
     Raises
     ------

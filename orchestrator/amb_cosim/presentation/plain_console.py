@@ -37,5 +37,5 @@ class PrintableConsole(Console):
 
 
 def plain_console(**options: Any) -> Console:
-    """Return a console that prints every text as it is: brackets and colons in names of users are not markup."""
+    """Return a console that prints every text unchanged: brackets and colons in users' names are not markup."""
     return PrintableConsole(markup=False, emoji=False, **options)

@@ -36,7 +36,7 @@ def printable(text: str) -> str:
 
 
 class PrintableStream:
-    """A text stream that writes only printable text to another one; rich writes to that one directly."""
+    """A text stream that writes only printable text to another stream; rich writes to that stream directly."""
 
     def __init__(self, stream: IO[str]) -> None:
         self.rich_proxied_file = stream

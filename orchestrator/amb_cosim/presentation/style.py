@@ -64,7 +64,7 @@ class StyledFigure(Figure):
         FigureCanvasAgg(self)
 
     def draw(self, renderer: RendererBase) -> None:
-        """Draw in the project's style: matplotlib creates ticks only now, with the settings of this moment."""
+        """Draw in the project's style: matplotlib creates ticks only now, with the present settings."""
         with mpl.rc_context(STYLE):
             super().draw(renderer)
 
@@ -90,7 +90,7 @@ def retainer_sample() -> Patch:
 
 
 def samples(colours: Iterable[str], **options: Any) -> tuple[Line2D, ...]:
-    """Return the entry of a legend for curves of several colours: a piece of each; see `OF_SAMPLES`."""
+    """Return the entry of a legend for curves of several colours: a piece of each curve; see `OF_SAMPLES`."""
     return tuple(Line2D([], [], color=colour, **options) for colour in colours)
 
 
@@ -156,6 +156,6 @@ def write_png(figure: Figure, path: Path) -> None:
 
 
 def write_figure(figure: Figure, path: Path) -> None:
-    """Write a figure in the format of the file's suffix, `.png`, `.pdf` or `.svg`; complete or not at all."""
+    """Write a figure in the format of the file's suffix, `.png`, `.pdf` or `.svg`; the file appears as a whole."""
     with mpl.rc_context(STYLE):
         write_atomically(path, partial(figure.savefig, dpi=RESOLUTION, format=path.suffix.lower()[1:]))

@@ -1,6 +1,6 @@
-"""Units of figures, tables and pages: rpm for speeds, Hz for frequencies, others by the size of values; or as chosen.
+"""Units of figures, tables and pages: rpm for speeds, Hz for frequencies, and others by size, unless chosen.
 
-All of them use this module, so one choice holds for a whole command or notebook.
+All of them use this module, so one choice applies to a whole command or notebook.
 """
 
 from __future__ import annotations
@@ -220,7 +220,7 @@ def with_speeds_in(text: str, unit: ShownUnit) -> str:
 
 
 def chosen_for(name: str) -> ShownUnit | None:
-    """Return the unit that was chosen for the quantity of a unit, if one was."""
+    """Return the unit that was chosen for the quantity of a unit, if one was chosen."""
     quantity = QUANTITIES.get(_OTHER_NAMES.get(name, name), "")
     return _unit(quantity, "") if quantity in _chosen else None
 

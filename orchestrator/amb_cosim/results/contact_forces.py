@@ -1,7 +1,7 @@
-"""Normal contact forces at a site over a run: the largest, the largest averaged over a millisecond, the impulse.
+"""Normal contact forces at a site over a run: the largest, the largest mean over a millisecond, and the impulse.
 
-The plant outputs the force between samples: `f_n_peak` is the largest of a step, without the impulses of impacts, and
-`f_n_mean` its mean over the step, including them. For an FMU without these, samples `f_n` and impulses are used;
+The plant outputs the force between samples: `f_n_peak` is the largest force of a step, without the impulses of impacts,
+and `f_n_mean` its mean over the step, including them. For an FMU without these, samples `f_n` and impulses are used;
 `is_sampled` reports that. A thinned record contains them for every step, see `at_every_step`.
 
 A peak depends on the hardness of the model's contact: it grows with the number of modes and nodes of the rotor, and an
@@ -22,7 +22,7 @@ WINDOW = 1e-3  # s, over which contact forces are averaged
 
 
 def is_sampled(dataset: Signals, site: str) -> bool:
-    """Return whether only samples of the force at a site are recorded, not the values between them."""
+    """Return whether only samples of the force at a site are recorded, and not the values between them."""
     if EACH_STEP not in dataset and thinning(dataset) > 1:
         return True
     return signal(at_every_step(dataset), f"{site}.f_n_peak") is None

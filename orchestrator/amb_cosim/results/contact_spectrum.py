@@ -65,7 +65,7 @@ def _share(dataset: Signals, site: str) -> float | None:
 
 
 def _spectrum(values: Array, h: float) -> tuple[Array, Array]:
-    """Return frequencies (rad/s) and the power there, up to a factor.
+    """Return frequencies (rad/s) and the power at them, up to a factor.
 
     They equal the results of `scipy.signal.welch`, which takes longer to import than a run, except that remaining
     samples at the end have their own segment.

@@ -32,7 +32,7 @@ MOST_POLES, RANK = 24, 1e-8  # number, and singular value over the largest
 
 
 def grows(motion: Array, rest: float) -> bool:
-    """Return whether a part of the motion grows by (1), and is above rest in the last third of the time.
+    """Return whether a part of the motion grows by (1), and exceeds rest in the last third of the time.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def _has_growing_part(motion: Array, rest: float) -> bool:
 
 
 def _poles(motion: Array) -> Complex:
-    """Return the poles z of (1), without those that decay within a sample."""
+    """Return the poles z of (1), except poles that decay within a sample."""
     width = len(motion) // 3
     windows = [sliding_window_view(signal, len(motion) - width + 1) for signal in motion.T]
     triangle = np.asarray(np.linalg.qr(np.concatenate(windows, axis=1).T, mode="r"))

@@ -29,7 +29,7 @@ def amplifier_off(dataset: Signals, axis: str) -> Bools:
 
 
 def flowing_current(dataset: Signals, axis: str) -> Array | None:
-    """Return the control current (A) of an axis, NaN while its amplifier is off and the demand has no effect."""
+    """Return the control current (A) of an axis; it is NaN while its amplifier is off and the demand has no effect."""
     demand = control_current(dataset, axis)
     return None if demand is None else np.where(amplifier_off(dataset, axis), np.nan, demand)
 

@@ -81,7 +81,7 @@ def allowed_currents(dataset: Signals, axis: str) -> Limits | None:
 
 
 def powered_force(dataset: Signals, axis: str) -> Array | None:
-    """Return the force (N) of an axis at each sample, NaN while its amplifier is off; None if it was not recorded."""
+    """Return the force (N) of an axis at each sample, NaN while its amplifier is off; None if not recorded."""
     force = magnet_force(dataset, axis)
     return None if force is None else np.where(amplifier_off(dataset, axis), np.nan, force)
 

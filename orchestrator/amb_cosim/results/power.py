@@ -1,4 +1,4 @@
-"""Times at which the amplifiers of the magnets are off, when warnings on their demand are irrelevant."""
+"""Times at which the amplifiers of the magnets are off, during which warnings about their demand are irrelevant."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ class Result(Run):
         return Path(path)
 
     def to_mat(self, path: str | Path, *variables: str, begin: Raw | None = None, until: Raw | None = None) -> Path:
-        """Write variables as a MAT file, underscores for the dots of names; see `plot` for the arguments."""
+        """Write variables as a MAT file, with underscores for the dots of names; see `plot` for the arguments."""
         from amb_cosim.results.selection import select, to_mat
 
         to_mat(select(self.signals, variables, begin, until), Path(path))

@@ -56,7 +56,7 @@ def not_finite(left_out: Sequence[str]) -> str:
 
 
 def at_every_step(dataset: Signals) -> Signals:
-    """Return the values of every step in a thinned record, over `time` and `cycle`; any other data set unchanged.
+    """Return the values of every step in a thinned record, over `time` and `cycle`, or another data set unchanged.
 
     Long runs contain rows of several steps, with the largest values, sums and means over these.
     """
@@ -94,7 +94,7 @@ def flags(dataset: Signals, name: str) -> dict[int, str] | None:
 
 
 def shares_of_steps(dataset: Signals) -> dict[str, float] | None:
-    """Return the share of the steps from cycle 0 on that the plant computed by each method that occurs.
+    """Return the share of the steps from cycle 0 on for each method by which the plant computed them.
 
     Names are those of the plant's output `solver.method`; None if it was not recorded, or cycle 0 was not reached.
     """
@@ -163,7 +163,7 @@ def turns(dataset: Signals) -> Array:
 
 
 def event_name(dataset: Signals, role: Role) -> str:
-    """Return the label of the event with a role in words, or the role if the run has none."""
+    """Return the label of the event with a role in words, or the role if the run has no such event."""
     return str(dataset.attrs.get(f"{role}_label", role)).replace("_", " ")
 
 

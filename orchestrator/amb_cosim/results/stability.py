@@ -64,10 +64,10 @@ def orbit_grows(dataset: Signals, within: slice) -> bool:
     """Return whether a part of the motion at the bearings grows exponentially, as modes of an unstable loop do.
 
     Steady orbits, drifts on a straight line, and orbits that approach another one do not grow (`results.growth`).
-    Samples are taken at equal angles of the shaft, so that a synchronous orbit is steady while the speed varies by up
-    to 1 %. The result is false if the speed changes more, or if an excitation from outside is not steady. Growing parts
-    that cancel can fit the response to a slow sine sweep, so that all motion must grow if a component excites the rotor
-    from outside its loop.
+    Samples are taken at equal angles of the shaft, so that a synchronous orbit appears steady while the speed varies by
+    up to 1 %. The result is false if the speed changes more, or if an excitation from outside is not steady. Growing
+    parts that cancel can fit the response to a slow sine sweep, so all motion must grow if a component excites the
+    rotor from outside its loop.
 
     Parameters
     ----------

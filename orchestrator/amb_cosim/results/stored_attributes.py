@@ -82,7 +82,7 @@ class ScenarioAttributes(RunAttributes):
 
 
 def check_signals(dataset: Signals) -> None:
-    """Raise ValueError if an attribute is missing or of another type, or contradicts others or the times.
+    """Raise ValueError if an attribute is missing or of another type, or contradicts other attributes or the times.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def check_signals(dataset: Signals) -> None:
 
 
 def _check_places(stated: RotorPlaces) -> None:
-    """Raise ValueError if places name sites or bearings that are not among them."""
+    """Raise ValueError if places name sites or bearings that do not exist."""
     named = {
         "sites": [*filter(None, stated.bearings.values()), *stated.measured, *stated.apart, *stated.stators],
         "bearings": [*stated.magnetic, *stated.stators.values(), *stated.second.values()],
@@ -130,7 +130,7 @@ def check_attributes(attributes: Mapping[Any, Any]) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Return a number or text of NumPy as one of Python, and an array as a tuple."""
+    """Convert a number or text of NumPy to Python, and an array to a tuple."""
     if isinstance(value, np.ndarray):
         return tuple(value.tolist()) if value.ndim else value.item()
     return value.item() if isinstance(value, np.generic) else value

@@ -1,4 +1,4 @@
-"""The summary of a run: key values of its data set, a function each."""
+"""The summary of a run: key values of its data set, each computed by a function."""
 
 from __future__ import annotations
 

@@ -241,8 +241,8 @@ def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
 def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
     """Return the direction in which the rotor whirls about a site at any time, and its mean speed (rad/s) then.
 
-    A flight between contacts turns by half a turn at most: a levitated rotor, which orbits without contact, or passes
-    the centre, does not whirl about a retainer.
+    A flight between contacts turns by at most half a turn: a levitated rotor that orbits without contact, or passes the
+    centre, does not whirl about a retainer.
     """
     mode, whirl = (signal(after, f"{site}.{name}") for name in ("mode", "whirl_speed"))
     if mode is None or whirl is None:
@@ -270,8 +270,8 @@ def _most_turning(angles: Array) -> tuple[float, int, int]:
 
         sum(angles) - sum(|angles|)/2                                                                 (1)
 
-    is half the angle of a motion in one direction, and 0 for one whose net angle is half of its total angle. From pi on
-    the net angle is a turn or more. Further angles never reduce the result.
+    is half the angle of a motion in one direction, and 0 for a motion whose net angle is half of its total angle. From
+    pi on the net angle is a turn or more. Further angles never reduce the result.
     """
     total = np.append(0.0, np.cumsum(angles - 0.5 * np.abs(angles)))
     gained = total - np.minimum.accumulate(total)
@@ -296,7 +296,7 @@ def _race_spin_up(after: Signals, site: str) -> float | None:
 
 
 def _lying(after: Signals, contact: Bools, sites: Iterable[str]) -> list[tuple[Path, float]]:
-    """Return position and clearance at sites of a rotor that touches in the last part of the run; at faces, the gap.
+    """Return position and clearance at sites of a rotor that touches in the last part of the run, and the gap at faces.
 
     The list is empty if there is no contact then, as in levitation, or if a position was not recorded.
     """

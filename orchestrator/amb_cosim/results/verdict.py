@@ -1,4 +1,4 @@
-"""The verdict on a run: one word, a sentence, and the few values that decide it; from its data set."""
+"""The verdict on a run: one word, a sentence, and the few values that determine it; from its data set."""
 
 from __future__ import annotations
 
@@ -64,16 +64,17 @@ class Verdict:
         `recovered`: the rotor touched, and has been free of contact for five cycles. `trapped`: it touches in the last
         cycle, ten turns or more after the last change of its excitation, see `contact_history.recovery`. `undecided`:
         the run ends too early for either. `rolled`: it rolls on a site at the end. `landed`: it touched after all
-        magnets lost their power, which is still off. `stator`: it touched the stator of a magnetic bearing at any time.
-        `levitated`: it never touched, or not after the disturbance; `free` is the same for a rotor without magnets, or
-        without power at the end. `unstable`: its orbit grows, or its amplifiers stay at their limits or bound a
-        self-excited vibration. `failed` and `interrupted`: the run broke off. `completed`: contact was not recorded.
+        magnets lost their power, and they are still off. `stator`: it touched the stator of a magnetic bearing at any
+        time. `levitated`: it never touched, or not after the disturbance; `free` is the same for a rotor without
+        magnets, or without power at the end. `unstable`: its orbit grows, or its amplifiers stay at their limits or
+        bound a self-excited vibration. `failed` and `interrupted`: the run broke off. `completed`: contact was not
+        recorded.
     sentence
         The reason, with its values.
     facts
         Labels and texts that determine it: margin to the clearance, contact force, time in contact, touches of stators.
     doubts
-        Warnings that question it.
+        Warnings that cast doubt on it.
     """
 
     word: Word
@@ -93,7 +94,7 @@ def verdict(dataset: Signals, fall: Touchdown | None = None) -> Verdict:
     dataset
         The record of the run, with its attributes.
     fall
-        The touchdown of the run, if it has one.
+        The touchdown of the run, if it contains one.
     """
     last = contact_history.contact_cycles(dataset)[1]
     word, sentence = _ending(dataset, last, fall)
@@ -160,7 +161,7 @@ def _at_the_end(dataset: Signals, last: float) -> str:
 
 
 def _whirled(fall: Touchdown | None) -> str:
-    """Return whether the rotor whirled during a landing; empty if that was not recorded."""
+    """Return whether the rotor whirled during a landing; empty if this was not recorded."""
     if fall is None or all(item.whirl is None for item in fall.retainers.values()):
         return ""
     whirled = whirl_text(fall)

@@ -3,8 +3,8 @@
 In Gauss-Seidel order the controller's currents act from the instant of its sample. In Jacobi order all values are
 exchanged at the end of a step: the currents leave the controller one step after the displacements, and the force leaves
 the actuator another step later. With step h this adds a delay of 2 h to the loop. A delay tau reduces the loop's phase
-margin by omega tau, and so its damping. A controller that predicts displacements by 2 h compensates that to first order
-in h; the remainder grows with (omega h)^2. See `docs/coupling.md`.
+margin by omega tau, and thus its damping. A controller that predicts displacements by 2 h compensates this delay to
+first order in h; the remainder grows with (omega h)^2. See `docs/coupling.md`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ def coupling_warning(
 
     In Jacobi order a step may be a fifth of the sample time. That indicates the bandwidth of the loop, so this bounds
     the phase lag of the delay. A loop sampled at 4 kHz is then within 5 % of Gauss-Seidel order in the orbit of a rub,
-    without prediction; one with little margin at 10 kHz needs prediction and a tenth. `docs/coupling.md` has both.
+    without prediction; a loop with little margin at 10 kHz requires prediction and a tenth. `docs/coupling.md` has
+    both.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ class StatedValues:
     def refuse_far(self, name: str, value: float, label: str = "") -> None:
         """Refuse a number without a unit that is more than `FAR` times the scenario's.
 
-        If the scenario's is 0, the largest value in this unit of the component is used in its place.
+        If the scenario's number is 0, the largest value of the component in this unit is used instead.
 
         Parameters
         ----------
@@ -72,7 +72,7 @@ class StatedValues:
             return []
 
     def _magnitude(self, variable: str, unit: str, label: str) -> float:
-        """Return the largest magnitude that is stated for a variable or, if none is, of its start value."""
+        """Return the largest magnitude that is stated for a variable or, if none is stated, of its start value."""
         tables = [event.set for event in self.scenario.event if label and event.name == label]
         stated = {
             f"{component}.{name}": raw

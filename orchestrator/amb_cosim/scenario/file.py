@@ -52,7 +52,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If there is none, it cannot be read, or it removes entries that do not exist.
+        If the file does not exist or cannot be read, or it removes entries that do not exist.
     """
     packaged = files_of("scenarios")
     source = packaged.get(name, Path(name))
@@ -163,7 +163,7 @@ def with_paths(data: dict[str, Any], place: Callable[[str], str], source: Path |
 
 
 def check_exists(key: str, value: object) -> None:
-    """Raise a ValueError unless a value of a scenario is a packaged name or an existing file; objects always exist.
+    """Raise a ValueError unless a value of a scenario is a packaged name or an existing file; objects always pass.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ I_s:
 
 so that a machine turned by 180 degrees has the same magnets. In the second case the actuator's parameters are a bias
 current I_b + I_s and a static current -I_s. If the shaft is tilted, the magnets of its thrust disc carry the weight
-along it, and the bearings the rest.
+along it, and the bearings carry the rest.
 """
 
 from __future__ import annotations

@@ -88,7 +88,7 @@ def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
 
 
 def _landmarks(plan: ScenarioPlan, recorder: Recorder) -> dict[str, Any]:
-    """Return attributes: speed of the rotor, labels and cycles of events with a role, the last change."""
+    """Return attributes: the speed of the rotor, labels and cycles of events with a role, the last change."""
     cycle = plan.step_size / plan.period
     roles = {change.role: change.name for change in plan.scenario.named_changes if change.role}
     events = {role: label for role, label in roles.items() if plan.marks[label] <= recorder.reached}

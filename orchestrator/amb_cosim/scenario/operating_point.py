@@ -1,4 +1,4 @@
-"""Assumptions of a controller about the magnets: K_s, K_i and the range of currents at their operating points."""
+"""A controller's assumptions about the magnets: K_s, K_i and the range of currents at their operating points."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def is_measured(values: Assignments) -> bool:
 
 
 def parameters_of(values: Assignments, bearing: str, axis: str) -> dict[str, float]:
-    """Return the parameters of an axis of the actuator by their names without bearing and axis."""
+    """Return the parameters of an axis of the actuator by their names, without bearing and axis."""
     prefix, suffix, stated = f"{bearing}.", f"_{axis}", values.parameters[ACTUATOR]
     return {
         port.name.removeprefix(prefix).removesuffix(suffix): stated.get(port.name, port.start or 0.0)

@@ -113,7 +113,7 @@ def _experiment(
     until: Raw | None,
     recorded: Sequence[str] | None,
 ) -> Experiment:
-    """Return a scenario as an experiment in seconds; `values` get the state of the drive before it is released."""
+    """Return a scenario as an experiment in seconds; `values` receive the state of the drive before it is released."""
     coupling = scenario.coupling or assembly.system.coupling
     period, h = cycle_period(values.inputs[SPEED]), scenario.step_size(coupling)
     end, notices = _end(scenario, until, period, h)
@@ -210,7 +210,7 @@ def _with_first_angle(plan: Plan, cycles: float) -> Mapping[str, Mapping[str, fl
 
 @dataclass(frozen=True)
 class ScenarioStart:
-    """Start of a scenario, independent of its events: values, warnings, and why its motion cannot be solved for."""
+    """Start of a scenario, independent of its events: values, warnings, and why its motion cannot be solved."""
 
     values: Assignments
     warnings: tuple[str, ...]

@@ -46,7 +46,7 @@ def _is(value: object, module: str, name: str) -> bool:
 
 
 def named(value: object) -> object:
-    """Return the name of a rotor, the rotor of a table, or a controller's model; names and paths unchanged."""
+    """Return the name of a rotor, the rotor of a table, or a controller's model; leave names and paths unchanged."""
     if is_controller(value):
         return value.model
     return value.name if is_rotor(value) else value.rotor if is_table(value) else value
@@ -58,7 +58,7 @@ def table_source(receptances: TableSource) -> ReceptanceTable | Path | None:
 
 
 def _unless(is_made: Callable[[object], bool]) -> Callable[[object, ValidatorFunctionWrapHandler], Any]:
-    """Return a validator that leaves objects made in Python as they are."""
+    """Return a validator that leaves objects made in Python unchanged."""
     return lambda value, validate: value if is_made(value) else validate(value)
 
 

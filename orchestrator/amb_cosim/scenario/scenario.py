@@ -176,12 +176,13 @@ class Scenario(Table):
         return make_scenario(overlaid(fields_of_machine | {"settle_cycles": 0, "end_time": 1.0}, fields), self.name)
 
     def save(self, path: str | Path) -> Path:
-        """Write the scenario as a TOML file that `load` reads, paths in it relative to the file; return its path.
+        """Write the scenario as a TOML file that `load` reads, with paths relative to the file; return its path.
 
         Raises
         ------
         ValueError
-            If its rotor, table of receptances or a controller was made in Python: a scenario file names them.
+            If its rotor, table of receptances or a controller was made in Python, because a scenario file can only name
+            them.
         """
         controllers = {f"fmu.{name}": fmu for name, fmu in self.fmu.items() if is_controller(fmu)}
         if made := self._made() | controllers:
@@ -272,7 +273,7 @@ def tilt_of(written: Raw) -> float:
 
 
 def share_across(tilt: float) -> float:
-    """Return the share of gravity across a shaft of this tilt (rad), its cosine, exactly 0 if it is upright."""
+    """Return the share of gravity across a shaft of this tilt (rad): its cosine, and exactly 0 if it is upright."""
     return 0.0 if math.isclose(abs(tilt), 0.5 * math.pi, rel_tol=1e-9) else math.cos(tilt)
 
 
@@ -300,7 +301,7 @@ def load_scenario(name: str | None = None) -> Scenario:
     Raises
     ------
     ValueError
-        If there is none, or it is invalid; the message has one line for each mistake.
+        If it does not exist or is invalid; the message has one line for each mistake.
     """
     name = default("scenario") if name is None else name
     return make_scenario(read_scenario(name), name)

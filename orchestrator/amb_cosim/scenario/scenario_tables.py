@@ -68,7 +68,7 @@ class Event(_Named, _Moment):
 
     @property
     def described(self) -> str:
-        """`event step`, or without a name `the event that sets rotor_contact`."""
+        """`event step`, or if it has no name, `the event that sets rotor_contact`."""
         return f"event {self.name}" if self.name else f"the event that sets {', '.join(self.set)}"
 
 

@@ -53,7 +53,8 @@ def _switches_off(name: str, raw: Raw) -> bool:
 def touchable_stators(scenario: Scenario, system: System, settings: Mapping[str, Raw]) -> tuple[str, ...]:
     """Return the magnetic bearings whose stators the rotor can touch, by the `reasons_for_stators`.
 
-    If another FMU replaces plant or actuator, none are returned: how it treats a rotor at the stator is unknown.
+    If another FMU replaces plant or actuator, none are returned, because its treatment of a rotor at the stator is
+    unknown.
     """
     reasons = reasons_for_stators(scenario, settings)
     if not reasons or not _is_modelled(system):
@@ -112,7 +113,7 @@ def set_stators(values: Assignments, bearings: Sequence[str], assigned: Iterable
     values
         The values of all parameters.
     bearings
-        Those with such a site. The values of a site that the rotor declares itself stay as they are.
+        The bearings with such a site. The values of a site that the rotor declares itself stay as they are.
     assigned
         Names and patterns, `component.variable`, of all parameters that a user has set. Patterns that also match other
         sites are meant for those sites only.

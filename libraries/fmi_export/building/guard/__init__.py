@@ -1,1 +1,1 @@
-"""The guard of FMUs of flavour python: the library before PythonFMU's, which rejects calls that it cannot handle."""
+"""The guard of FMUs of flavour python: a library in front of PythonFMU's that rejects calls which it cannot handle."""

@@ -83,7 +83,7 @@ class _Texts:
         return self._places[text]
 
     def check(self, sentence: str, numbers: int) -> None:
-        """Raise a ValueError for a sentence that the engine would cut."""
+        """Raise a ValueError for a sentence that the engine would truncate."""
         size = len(sentence.encode()) + NUMBER * numbers
         if size > ROOM:
             raise ValueError(f"{self.model}: an FMU has {ROOM} bytes for a sentence; {size} are too many: {sentence}")

@@ -56,7 +56,7 @@ class Engine:
         return cls((folder / LIBRARY).read_bytes(), (folder / MADE_BY).read_text(encoding="utf-8"))
 
     def write(self, folder: Path) -> None:
-        """Write the engine into a new folder atomically; a damaged one there is replaced."""
+        """Write the engine into a new folder atomically; a damaged engine there is replaced."""
 
         def fill(stage: Path) -> None:
             (stage / LIBRARY).write_bytes(self.library)
@@ -85,7 +85,7 @@ def engine(models: Sequence[Kernels], platform: str) -> Engine:
 
 
 def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
-    """Return the library at a place below the shipped or cached ones; if it is in neither, compile and cache it.
+    """Return the library at a place below the shipped or cached ones; if it is not there, compile and cache it.
 
     Damaged libraries are ignored.
     """

@@ -62,7 +62,7 @@ class Kernels(Protocol):
 
 
 def lower(model: Kernels) -> str:
-    """Return the LLVM assembly of `kernel_initialise` and `kernel_step`, for no particular target.
+    """Return the LLVM assembly of `kernel_initialise` and `kernel_step`, for no specific target.
 
     `int32_t kernel_step(int64_t *fault, void **exception, double *constants, int64_t n_constants, ..., double time,
     double step_size)` takes each array as address and size and returns 0 unless the kernel raised an exception.

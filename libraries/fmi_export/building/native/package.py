@@ -1,4 +1,4 @@
-"""A native FMU: description, engines and data in a single archive, the same bytes for the same sources."""
+"""A native FMU: description, engines and data in a single archive, with the same bytes for the same sources."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The C code of an FMU, which any C99 compiler builds: for targets without a shipped library.
+"""The C code of an FMU for targets without a shipped library; any C99 compiler can build it.
 
 It is the code of the engine with the kernels translated to C (`c99`), in the folder `sources`, and makes the same FMU
 with the same resources. Function names begin with the model identifier, as FMI requires of source code, so that FMUs of

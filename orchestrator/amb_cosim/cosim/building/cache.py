@@ -1,4 +1,4 @@
-"""The cache of built and unpacked FMUs: the user's folder, or one of this process if that is not writable.
+"""The cache of built and unpacked FMUs: the user's folder, or a folder of this process if that is not writable.
 
 If the cache exceeds `LIMIT` bytes, a new entry displaces the least recently used ones, except entries used within a
 day. The cache is measured at most once an hour, because that takes a second for thousands of entries. Only folders
@@ -44,8 +44,8 @@ class CacheEntry:
 def unpacked(archive: Path, name: str) -> Path:
     """Return the cache folder with the unpacked archive; `name` is for messages.
 
-    The folder is named after the archive and its content, without characters that a URI encodes, and recreated if its
-    content differs from the archive.
+    The folder is named after the archive and its content, without characters that a URI encodes, and is recreated if
+    its content differs from the archive.
 
     Raises
     ------

@@ -82,7 +82,7 @@ class _Group(Structure):
 
 @dataclass(frozen=True, eq=False)
 class _GroupTransfer(Transfer):
-    """A transfer of a group; a selection of its values is another group."""
+    """A transfer of a group of values; a selection of its values forms another group."""
 
     binding: Binding3
     call: str

@@ -229,7 +229,7 @@ class FmuComponent:
         return self._numbers(self._state)
 
     def present(self) -> Array:
-        """Return the present state as such numbers, valid until the next call."""
+        """Return the present state as numbers of this form, valid until the next call."""
         self._call("GetFMUState", byref(self._after))
         return self._numbers(self._after)
 
@@ -239,7 +239,7 @@ class FmuComponent:
         return self._numbers(self._after)
 
     def answers(self, places: Indices, values: Array, observed: Indices, time: float, step_size: float) -> Array:
-        """Step from the stored state several times, with other values at some places of its memory each time.
+        """Step from the stored state several times, with different values at some places of its memory each time.
 
         Parameters
         ----------

@@ -4,8 +4,8 @@ It serves foreign FMUs; in this project's FMUs, the guard does this.
 
 The binary keeps a static shared pointer to its interpreter state. At exit the C library runs static destructors first
 and a library's finaliser last; the finaliser then releases a pointer that is already destroyed, and decrements memory
-that is by then a link of the heap's free list. On a `dlclose` the order would be correct, but the binary has unique
-symbols, so glibc never unloads it.
+that has by then become a link of the heap's free list. On a `dlclose` the order would be correct, but the binary has
+unique symbols, so glibc never unloads it.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from pathlib import Path
 def release_before_static_destructors(binary: Path) -> bool:
     """Register the finaliser of a loaded PythonFMU binary as an exit handler; return whether that was possible.
 
-    Exit handlers run last in, first out, so it runs ahead of the static destructors, which were registered when
-    the binary was loaded. It clears the pointer; its later run and the destructor then find nothing to release.
+    Exit handlers run last in, first out, so this one runs before the static destructors, which were registered when the
+    binary was loaded. It clears the pointer; its later run and the destructor then find nothing to release.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Reads the interface of an FMU from its modelDescription in FMI 2.0 or 3.0.
 
 Each element of an FMI 3.0 array is a variable with its own name, row by row: `gains[2,3]`, counted from 1. FMUs of this
-project's export state the FMI 2.0 names of their elements, which are used here, too. If the size of an array is a
+project's export state the FMI 2.0 names of their elements, which are also used here. If the size of an array is a
 parameter, its start value applies.
 """
 
@@ -76,7 +76,7 @@ def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuI
 
 @lru_cache(maxsize=64)  # a study runs the same FMUs many times
 def _read(folder: Path, name: str, source: Path, _changed: int) -> FmuInterface:
-    """Return the interface of an FMU whose description was changed at that time (ns)."""
+    """Return the interface of an FMU whose description was last changed at this time (ns)."""
     try:
         description, deviations = read_tolerantly(folder)
         return replace(_interface(description, folder, f"{name}: {source}"), deviations=deviations)

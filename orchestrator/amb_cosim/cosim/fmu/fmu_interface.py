@@ -21,11 +21,11 @@ class Port:
     `type` is Real, Integer or Boolean; `stored` is the FMU's type: the same in FMI 2.0; Float64, Int8, Enumeration, ...
     in FMI 3.0. An array of `size` elements has one value reference and is exchanged as a whole; `element` counts from
     0, and `array` is the array's name with the indices of the element, from 1. `definition` is None if the FMU does not
-    define the unit; `units` are all units that it defines, and the display units of this one. `depends_on` of an output
-    lists the inputs that reach it without delay. `warning` is the sentence of an output that is a warning. `items` are
-    the names of the values of an Enumeration, whose type is Integer. A `relative` quantity is a difference, such as a
-    rise of temperature: between units it is converted without their offsets. `has_start` is true for an output or local
-    variable, such as a state, whose start value the FMU lets a user set.
+    define the unit; `units` are all units that it defines, and the display units of this unit. `depends_on` of an
+    output lists the inputs that reach it without delay. `warning` is the sentence of an output that is a warning.
+    `items` are the names of the values of an Enumeration, whose type is Integer. A `relative` quantity is a difference,
+    such as a rise of temperature; it is converted between units without their offsets. `has_start` is true for an
+    output or local variable, such as a state, whose start value the FMU lets a user set.
     """
 
     name: str

@@ -7,7 +7,7 @@ Entry points name models: a distribution that declares
 
 adds the model `lag_sensor`. `source(**options)` returns the `Model` and its constants; it uses the options (`rotor`,
 `receptances`, ...) that it names. Making a model imports its code and computes its constants; for a source declared
-with `made_from`, an existing FMU does not need this.
+with `made_from`, an existing FMU does not require this.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ S = TypeVar("S", bound=Source)
 
 @dataclass(frozen=True)
 class Fmu:
-    """An FMU: its archive, the folder it is extracted to, and its flavour (`file` for an FMU file)."""
+    """An FMU: its archive, the folder to which it is extracted, and its flavour (`file` for an FMU file)."""
 
     path: Path
     folder: Path
@@ -97,7 +97,7 @@ def made_from(*packages: str, **files: Callable[[Any], Path]) -> Callable[[S], S
     """Declare the packages whose code, with the source's file, decides what a source returns for its options.
 
     `files` are functions, by option name, that return the file for an option's value. A value that is neither a string
-    nor a path represents itself, and its `repr` must be complete.
+    nor a path represents itself, so its `repr` must be complete.
     """
 
     def declare(source: S) -> S:
@@ -124,14 +124,14 @@ def fmu_name(fmu: FmuSource) -> str:
 
 
 def model_of(fmu: FmuSource) -> str | None:
-    """Return the name of a component's model, also of one that is made from a file; None for the path of an FMU."""
+    """Return the name of a component's model, even if it is made from a file; None for the path of an FMU."""
     if not isinstance(fmu, str):
         return fmu.model
     return fmu if fmu in models() else MADE_FROM_FILE.get(Path(fmu).suffix)
 
 
 def is_model(fmu: FmuSource) -> bool:
-    """Return whether a component of a system is a model, which may be a name, a file or an object."""
+    """Return whether a component of a system is a model: a name, a file or an object."""
     return model_of(fmu) is not None
 
 
@@ -232,7 +232,7 @@ def note_first_loading(fmu: Fmu) -> None:
 
 
 def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
-    """Return the FMU of a model, built and extracted into the user's cache if it is not completely there.
+    """Return the FMU of a model, built and extracted into the user's cache unless it is already there completely.
 
     It is built for this machine. Its folder is named by its sources and changes with interface, code and constants.
 
@@ -275,7 +275,7 @@ def _source(name: str) -> Source:
 
 
 def _made(source: Source, options: Mapping[str, Any]) -> tuple[Model, Array]:
-    """Return a model and its constants, whose last bits do not depend on the number of threads."""
+    """Return a model and its constants, which do not depend on the number of threads even in their last bits."""
     import scipy.linalg  # noqa: F401  # which has a BLAS, to be limited, too
 
     with one_blas_thread():
@@ -307,7 +307,7 @@ def _versions() -> tuple[str, str]:
 
 
 def _with_file(source: Source, name: str, option: Any) -> Any:
-    """Return the file that the value of an option names, if the source declares one; any other value unchanged."""
+    """Return the file that the value of an option names, if the source declares one; return other values unchanged."""
     files = getattr(source, "files", {})
     return files[name](option) if name in files and isinstance(option, str | Path | None) else option
 

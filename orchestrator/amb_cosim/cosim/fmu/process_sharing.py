@@ -1,4 +1,4 @@
-"""Finds FMUs that cannot run in one process with those before them.
+"""Finds FMUs that cannot run in one process with the FMUs before them.
 
 * Of an FMU with `canBeInstantiatedOnlyOncePerProcess`, a process can have one instance: others would share its state.
 * FMUs of PythonFMU share one interpreter, in which the name of a module refers to the first FMU's.
@@ -22,7 +22,7 @@ CODE = (".py", ".so", ".pyd")  # files of Python modules
 
 
 def separate_components(fmus: Mapping[str, Fmu], interfaces: Mapping[str, FmuInterface]) -> frozenset[str]:
-    """Return the components that need a separate process because of those before them."""
+    """Return the components that need a separate process because of the components before them."""
     separate: set[str] = set()
     identifiers: set[str] = set()
     code: dict[str, str] = {}
@@ -53,7 +53,7 @@ def _named_code(folder: Path, identifier: str) -> Mapping[str, str]:
 
 @lru_cache(maxsize=256)
 def modules_of(folder: Path) -> Mapping[str, str]:
-    """Return the Python modules that an extracted FMU of PythonFMU brings, by name, each with a digest of its code."""
+    """Return the Python modules in an extracted FMU of PythonFMU, by name, each with a digest of its code."""
     resources = folder / "resources"
     digests: dict[str, str] = {}
     if not (resources / PYTHONFMU.decode()).is_file():

@@ -19,7 +19,7 @@ EPSILON = sys.float_info.epsilon
 def in_steps(time: float, h: float, origin: float = 0.0) -> float:
     """Return the time from `origin` (s) in steps of h (s), without the rounding of whole or half numbers of steps.
 
-    Round quotients of times with this function: 3 steps of 1e-4 s are 3.0000000000000004 steps otherwise, and the step
+    Round quotients of times with this function: otherwise 3 steps of 1e-4 s are 3.0000000000000004 steps, and the step
     nearest to 3.5 depends on the last bit. Times of 1.7e9 s, seconds since 1970, are rounded to 2.4e-7 s, and so are
     their differences.
     """
@@ -62,7 +62,7 @@ class TimeGrid(NamedTuple):
         return in_steps(self.stop, self.step_size, self.start) if n == self.last else n
 
     def nearest(self, name: str, time: float) -> int:
-        """Return the point nearest to a time (s); raises ValueError as `nearest_point`."""
+        """Return the point nearest to a time (s); raises ValueError like `nearest_point`."""
         n = nearest_point(name, time, self.step_size, self.start)
         if self.last is None or n not in (self.last - 1, self.last):
             return n

@@ -52,7 +52,7 @@ class Calls(NamedTuple):
     Component i has the calls `of[i]` to `of[i + 1]`. Call c moves the variables `first[c]` to `first[c + 1]` between
     their `positions` in the value array and `reals` or `integers`, where the FMU reads or writes them. Its arguments
     are the addresses `references_at[c]`, within `references`, and `values_at[c]`, within `reals` or `integers`, or, if
-    `direct`, within the value array itself.
+    `direct` is set, within the value array itself.
     """
 
     of: Indices
@@ -71,8 +71,8 @@ class Calls(NamedTuple):
 class _Program(NamedTuple):
     """The data of a master as arrays; `step_sizes` (s) are the steps of the components.
 
-    `fetches` get all outputs, `needed` only those used whether recorded or not. At a recorded point all are fetched by
-    the same calls, because an additional call would cost more than the values.
+    `fetches` get all outputs, `needed` only the outputs that are used even if they are not recorded. At a recorded
+    point all outputs are fetched by the same calls, because an additional call would cost more than the values.
     """
 
     instance: Indices
@@ -95,7 +95,7 @@ _TYPES: dict[type, Any] = {np.ndarray: c_void_p, bool: c_bool, float: c_double, 
 
 
 class End(Structure):
-    """End of a block of steps: last point seen, number of rows, failed component, and the condition met or -1."""
+    """End of a block of steps: last point seen, number of rows, failed component, and the met condition or -1."""
 
     _fields_ = [(name, c_ssize_t) for name in ("reached", "row", "component", "call", "status", "met")]
 
@@ -198,7 +198,7 @@ def step(
     Parameters
     ----------
     master, first, last, stops, recorder, programs
-        As for `run`, whose values are read.
+        As for `run`; only their values are read.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from array_types import Array
 
 
 class InstancePool:
-    """The instance of each component, by name; after a failed run the next one loads new instances.
+    """The instance of each component, by name; after a failed run the next run loads new instances.
 
     `generation` changes when states that they held are lost; `programs` belong to the compiled loop.
     """

@@ -59,8 +59,8 @@ class Master(Generic[P]):
         Communication step h in s.
     coupling
         `gauss_seidel`: each component reads the outputs of earlier components at the end of their steps. `jacobi`: all
-        read the outputs at the beginning of the step; a slower component's outputs appear after its step. `iterative`:
-        steps are repeated until inputs agree with the outputs at their end, see `iteration`.
+        components read the outputs at the beginning of the step; a slower component's outputs appear after its step.
+        `iterative`: steps are repeated until inputs agree with the outputs at their end, see `iteration`.
     start_time
         t_0 in s, the time of communication point 0.
     values
@@ -70,7 +70,7 @@ class Master(Generic[P]):
     last_steps
         For components whose last step is shorter, by their number: the point from which it begins, and its size (s).
 
-    As a context manager, it closes all components on exit in any case.
+    As a context manager, it always closes all components on exit.
     """
 
     def __init__(
@@ -132,8 +132,8 @@ class Master(Generic[P]):
         Raises
         ------
         StartFailed
-            If a component refuses, or outputs keep changing after every connection was passed; the message then names
-            the loop.
+            If a component refuses, or outputs keep changing after every connection has been passed; the message then
+            names the loop.
         """
         for component in self.components:
             self._guarded_start(component, component.enter, self.time(n))
@@ -314,7 +314,7 @@ class Master(Generic[P]):
 
 
 def find_loop(depends_on: Sequence[Sequence[int]]) -> list[int]:
-    """Find a closed path along the signals, first and last position the same; empty if there is none."""
+    """Find a closed path along the signals, whose first and last positions are equal; it is empty if there is none."""
     try:
         TopologicalSorter(dict(enumerate(depends_on))).prepare()
     except CycleError as error:

@@ -4,8 +4,8 @@ With x the states and signals that move linearly, a communication step is
 
     x(n+1) = T x(n) + F_0 + Re[F_1 exp(j theta_n)]          theta_(n+1) = theta_n + phi                     (1)
 
-T, F_0 and F_1 are found from the FMUs themselves: each is stepped from a saved state with one number changed at a time
-(`responses`), and the responses are combined in the order of the master. If T is stable, (1) settles to
+T, F_0 and F_1 are found from the FMUs themselves: each FMU is stepped from a saved state with one number changed at a
+time (`responses`), and the responses are combined in the order of the master. If T is stable, (1) settles to
 
     x(n) = a + Re[b exp(j theta_n)]      (1 - T) a = F_0      (exp(j phi) - T) b = F_1                      (2)
 

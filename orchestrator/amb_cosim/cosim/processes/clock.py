@@ -1,6 +1,6 @@
 """A clock for the runs of a process: a thread that sets a flag of each run periodically.
 
-A thread per run would cost a short run more than its initialisation.
+A thread per run would cost more than the initialisation of a short run.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ class NonFinite(NamedTuple):
 
 
 class FiniteWatch:
-    """An observer that notes the first NaN and the first infinite value of chosen positions of the value array.
+    """An observer that notes the first NaN and the first infinite value at chosen positions of the value array.
 
     Parameters
     ----------

@@ -2,8 +2,8 @@
 
 A NetCDF-4 file is an HDF5 file in which dimensions are dimension scales, and names and attributes keep their order.
 Files are created in memory, because HDF5 ends the process if a disk is full. All content has a checksum, so a flipped
-bit is an error on reading. HDF5 has none for the lists of chunks; from a damaged list it reads zeros, or never returns.
-Four bytes after the end, which HDF5 ignores, are a CRC-32 of the file.
+bit is an error on reading. HDF5 provides no checksum for the lists of chunks; from a damaged list it reads zeros, or
+never returns. Four bytes after the end, which HDF5 ignores, are a CRC-32 of the file.
 
 A slash in a name would be a path of HDF5, so `one.p/q` is stored under another sign, with its name as an attribute.
 """

@@ -93,7 +93,7 @@ class Recorder:
     def buffer(self, first: int, last: int, may_stop: bool = False) -> RecordBuffer:
         """Return free rows for the points from `first` to `last`; call `fill` with the number of rows used.
 
-        A run that `may_stop` on a condition may need less than its end suggests.
+        A run that `may_stop` on a condition may need fewer rows than its end suggests.
 
         Raises
         ------
@@ -129,7 +129,7 @@ class Recorder:
             self.step_rows.wrote(reached + 1)
 
     def _grow(self, rows: int) -> None:
-        """Make room for that many rows; memory pages are allocated when they are written to."""
+        """Make room for this number of rows; memory pages are allocated when they are written to."""
         self._points, self._table = grown(self._points, self._rows, rows), grown(self._table, self._rows, rows)
 
     def __getstate__(self) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""Rows of values at every step or, in long runs, of several steps together.
+"""Rows of values at every step or, in long runs, for several steps together.
 
 A row of k steps ends at a point that is a multiple of k. For each variable it contains the value that a communication
 step of that length would have: the value at its end, or the largest value, the sum or the mean over its steps.
@@ -27,7 +27,7 @@ def steps_in_row(n_steps: int, every: int, step_size: float) -> int:
     n_steps
         Steps of the run.
     every
-        Steps from sample to sample of the decimated record, so that samples end rows.
+        Steps from sample to sample of the decimated record, so that samples coincide with the ends of rows.
     step_size
         Length of a step (s).
     """
@@ -48,7 +48,7 @@ A = TypeVar("A", Array, Indices)
 
 
 def grown(items: A, used: int, rows: int) -> A:
-    """Return an array with room for that many rows, which begins with the used ones; it may be the same array."""
+    """Return an array with room for this number of rows, which begins with the used rows; it may be the same array."""
     if rows <= len(items):
         return items
     result = np.zeros((rows, *items.shape[1:]), items.dtype)

@@ -1,4 +1,4 @@
-"""Checks a NetCDF file from elsewhere before its data are read: they must lie in this file, and fit into it.
+"""Checks a NetCDF file from elsewhere before its data are read, which must lie in this file and fit into it.
 
 HDF5 follows links and storage into other files, whose bytes would appear in tables and figures. It also allocates as
 much as a file announces: chunks that are not stored, that several arrays share, or that are compressed twice. A byte of
@@ -55,7 +55,7 @@ def check_content(path: Path) -> None:
 
 
 def _objects(file: Any) -> Iterator[Any]:
-    """Yield all groups and arrays of a file; raises ValueError for a link to another one, or a second to the same."""
+    """Yield all groups and arrays of a file; raises ValueError for a link to another file, or a repeated link."""
     groups, seen = [file], set()
     yield file
     while groups:

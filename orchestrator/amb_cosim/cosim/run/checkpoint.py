@@ -50,7 +50,7 @@ class Head(BaseModel):
     @field_validator("past")
     @classmethod
     def _has_parameters_by_component(cls, past: dict[str, Any]) -> dict[str, Any]:
-        """Return the past if its parameters, which the next run reads before it compares, are named by component."""
+        """Return the past if its parameters are named by component; the next run reads them before it compares."""
         parameters = past.get("parameters", {})
         if not isinstance(parameters, dict) or not all(isinstance(values, dict) for values in parameters.values()):
             raise ValueError("parameters")
@@ -239,7 +239,7 @@ class Checkpoint:
 
 
 def as_checkpoint(start: Checkpoint | str | Path | None) -> Checkpoint | None:
-    """Return a checkpoint, read from its file if necessary; raises ValueError as `Checkpoint.load`."""
+    """Return a checkpoint, read from its file if necessary; raises ValueError like `Checkpoint.load`."""
     return Checkpoint.load(start) if isinstance(start, str | Path) else start
 
 

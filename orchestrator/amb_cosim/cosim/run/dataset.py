@@ -73,7 +73,7 @@ class Run:
         return self._recorded
 
     def checkpoint(self, moment: Raw | None = None) -> Checkpoint:
-        """Return the state of the run at a time of `save_at`, by default at the only one.
+        """Return the state of the run at a time of `save_at`, by default at the only such time.
 
         Raises
         ------
@@ -230,7 +230,7 @@ def load(path: Path) -> xr.Dataset:
 def _check_form(dataset: xr.Dataset) -> None:
     """Raise ValueError unless a data set has only variables over its ascending times, with texts as labels.
 
-    Times that state no unit are in s, and state it from here on.
+    Times without a unit are in s, and this function adds the unit.
     """
     for name, variable in dataset.variables.items():
         if variable.dims not in (("time",), (EACH_STEP,)) or variable.dims[0] not in dataset.coords:
@@ -253,7 +253,7 @@ def _check_form(dataset: xr.Dataset) -> None:
 
 
 def _check_flags(name: str, attributes: Mapping[str, Any]) -> None:
-    """Raise ValueError unless each value of an enumeration has a name, if the variable is one."""
+    """Raise ValueError unless each value of an enumeration has a name, if the variable is an enumeration."""
     if FLAG_NAMES not in attributes and FLAGS not in attributes:
         return
     names, values = attributes.get(FLAG_NAMES), np.asarray(attributes.get(FLAGS, ()))
@@ -268,7 +268,7 @@ def _versions() -> dict[str, str]:
 
 @cache
 def git_revision() -> str | None:
-    """Return the commit of the checkout that this package runs from, `-dirty` if changed; None outside of one."""
+    """Return the commit of the checkout that this package runs from, `-dirty` if changed; None if there is none."""
     folder = Path(__file__).parent
 
     def git(*arguments: str) -> str:

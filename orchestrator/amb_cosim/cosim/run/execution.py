@@ -37,7 +37,7 @@ FIRST = 16  # steps after which their duration is first measured
 def execute_plan(plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
     """Execute a plan with its FMUs.
 
-    A failed step, Ctrl-C, SIGTERM (from the command line), a met condition, or an FMU that ends it, end the run early;
+    A failed step, Ctrl-C, SIGTERM (from the command line), a met condition, or an FMU that ends the run, ends it early;
     the outcome states the cause, and the record is kept.
 
     Raises

@@ -1,7 +1,7 @@
 """Runs FMUs in a separate process: a crash or hang of an FMU is an error here and does not end this process.
 
 Processes started by FMUs end with the run: on Linux all of them; after a crash of the process, and on other systems,
-those that stayed in its group. This is not a sandbox: the FMUs have the user's permissions.
+the processes that stayed in its group. This is not a sandbox: the FMUs have the user's permissions.
 """
 
 from __future__ import annotations

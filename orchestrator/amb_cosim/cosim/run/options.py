@@ -1,4 +1,4 @@
-"""Options of a run in one record, from the public function to the separate process; none changes a result."""
+"""Options of a run in one record, from the public function to the separate process; none of them changes a result."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Saves:
         Raises
         ------
         ValueError
-            If a moment is not a time, or after the end of the plan, or an FMU lacks the capabilities for its state.
+            If a moment is not a time, or is after the end of the plan, or an FMU lacks the capabilities for its state.
         """
         points = [*self.points]
         for moment in self.moments:

@@ -27,7 +27,7 @@ class Simulation(Run):
     """A run of a system: every recorded variable over time (s), and the outcome."""
 
     def save(self, folder: str | Path) -> Path:
-        """Write `result.nc` into a folder, created if missing, and return the folder."""
+        """Write `result.nc` into a folder, which is created if it is missing, and return the folder."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         self._save(plain_file(folder, "result.nc"))

@@ -121,7 +121,7 @@ class Simulator:
             raise StartFailed(f"{name}: {error}") from error
 
     def initialise(self) -> int:
-        """Initialise the FMUs, and return the point at which the run begins; raises StartFailed if one refuses."""
+        """Initialise the FMUs, and return the point at which the run begins; raises StartFailed if an FMU refuses."""
         self.master.initialise(self.plan.begin)
         return self.plan.begin
 
@@ -170,8 +170,8 @@ class Simulator:
         """Record the end of a run that a component ended in a step, and return its time (s).
 
         According to FMI, the values then belong to the time that the component states, from t to t + h in a step from
-        t. If it states no time, or none within the step, the end is t. If one of several components ends the run within
-        a step, the others have no values at that time, and the record ends at t.
+        t. If it states no time, or no time within the step, the end is t. If one of several components ends the run
+        within a step, the others have no values at that time, and the record ends at t.
         """
         master, n, begin = self.master, self.recorder.reached, failed.time
         i, end = master.position(failed.component), math.nan if failed.end is None else failed.end

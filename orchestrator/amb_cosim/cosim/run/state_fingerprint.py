@@ -1,6 +1,6 @@
 """The part of a plan that determines the state at a communication point: runs with the same past share this state.
 
-Anything at the point or later is excluded: events, the end, points of profiles, later stop conditions.
+Everything at the point or later is excluded: events, the end, points of profiles, later stop conditions.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from amb_cosim.cosim.system.system import Signal
 
 
 def state_fingerprint(plan: Plan, n: int) -> dict[str, Any]:
-    """Return the part of a plan and its FMUs that determines the state before communication point n, as JSON data."""
+    """Return the data of a plan and its FMUs that determine the state before communication point n, as JSON data."""
     fmus, interfaces = plan.fmus, plan.interfaces
     return {
         "fmus": {c: fmus[c].folder.name if c in plan.assembly.from_elsewhere else interfaces[c].guid for c in fmus},

@@ -29,7 +29,7 @@ SET, MAP = "application/x-ssp-parameter-set", "application/x-ssp-parameter-mappi
 class Setting:
     """Values of a variable, or of the elements of an array, by its name in a system or component.
 
-    `law` is the linear transformation of a mapping, after the conversion of units, which `suppresses_units` omits.
+    `law` is the linear transformation of a mapping, after the conversion of units, which `suppresses_units` disables.
     """
 
     name: str
@@ -40,7 +40,7 @@ class Setting:
 
 
 def read_bindings(element: Any, document: Document, resources: Path | None) -> Iterator[Setting]:
-    """Return the values that an element is bound to; later ones take precedence.
+    """Return the values that an element is bound to; later values take precedence.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def _mapped(settings: list[Setting], entries: Any, owner: str) -> Iterator[Setti
 
 
 def _translated(value: ParameterValue, entry: Any, what: str) -> ParameterValue:
-    """Return the value to which the table of a mapping entry (Boolean, integer, Enumeration), if any, maps a value."""
+    """Return the value to which a mapping entry's table (Boolean, integer, Enumeration), if any, maps a value."""
     for element in entry:
         kind = etree.QName(element).localname
         if kind not in TABLES:

@@ -59,7 +59,7 @@ class FlatSystem:
     def components(self) -> tuple[Component, ...]:
         """Return components in the order of the document; their own step sizes come from annotations.
 
-        Components that this package's annotation names are in its order, because tools may write elements in any order.
+        Components named in this package's annotation are in its order, because tools may write elements in any order.
         """
         base = number_of(self.root, ".//osp:FixedStepAlgorithm", "baseStepSize")
         every: dict[str, int] = {}

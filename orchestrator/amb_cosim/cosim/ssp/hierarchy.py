@@ -264,7 +264,7 @@ class Hierarchy:
 
 
 def _referenced(document: Document, source: str, is_package: bool) -> tuple[Document, Any]:
-    """Return the document and the system of a component that is a system."""
+    """Return the document and the system of a component that is itself a system."""
     path, _, part = source.partition("#")
     if not path:
         return document, document.system(part)

@@ -99,7 +99,7 @@ def read_parameters(root: Any, what: str) -> dict[str, list[ParameterValue]]:
     Raises
     ------
     ValueError
-        For an unsupported type, and for a value that does not match its type.
+        For an unsupported type, or a value that does not match its type.
     """
     parameters: dict[str, list[ParameterValue]] = {}
     for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):

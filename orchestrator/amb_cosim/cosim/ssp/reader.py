@@ -2,10 +2,10 @@
 
 All systems of the archive become one (`hierarchy`), with connections along the nets of connectors (`nets`), the values
 of parameter bindings (`bindings`), a signal for each connector of the outermost system that feeds inputs, an output for
-each that outputs reach, and the default experiment. The communication step and the order come from annotations (see
-`structure`), otherwise the step comes from the FMUs. Parameters that exist in no FMU are ignored, as SSP allows. Arrays
-of SSP 2.0 are supported: a connection of two arrays connects each element, row by row, and indices count from 1, as in
-FMI 3.0. Transformed values and converted units require the loop in Python.
+each connector that outputs reach, and the default experiment. The communication step and the order come from
+annotations (see `structure`), otherwise the step comes from the FMUs. Parameters that exist in no FMU are ignored, as
+SSP allows. Arrays of SSP 2.0 are supported: a connection of two arrays connects each element, row by row, and indices
+count from 1, as in FMI 3.0. Transformed values and converted units require the loop in Python.
 """
 
 from __future__ import annotations

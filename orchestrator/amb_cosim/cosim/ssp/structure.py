@@ -1,7 +1,7 @@
 """The system structure (.ssd) of a prepared run: components, connections, parameter bindings, default experiment.
 
 Only connected connectors are listed: FMPy sets every listed input in every step, to zero if nothing feeds it. The
-system declares connectors only if requested, because libcosim refuses them. SSP has no step sizes and no order of
+system declares connectors only if requested, because libcosim refuses them. SSP defines no step sizes and no order of
 components; these are in annotations, one per tool:
 
     com.opensimulationplatform    libcosim: base step, and the step of each component that has a longer one

@@ -16,8 +16,8 @@ from amb_files.wildcards import is_pattern, matching_names
 class Assignments:
     """Values of parameters and other start values, and initial values of inputs, of a system.
 
-    A variable is called `component.variable`, a shared signal by its name or by one of the inputs that it feeds. `*`
-    and `?` in the name of a variable match any characters and any one character.
+    A variable is called `component.variable`, a shared signal by its name or by one of the inputs that it feeds. In the
+    name of a variable, `*` matches any characters and `?` any one character.
 
     Attributes
     ----------
@@ -191,12 +191,12 @@ class Assignments:
         return self.interfaces[component].port(variable, component)
 
     def start_value(self, name: str) -> float:
-        """Return the start value of an input or a signal, or the set value of a parameter."""
+        """Return the start value of an input or a signal, or the value of a parameter as set."""
         port = self.port(name)
         return self.parameter(name) if port.set_as == "parameter" else port.start or 0.0
 
     def parameter(self, name: str) -> float:
-        """Return the value of a parameter, `component.variable`: the set value, or its start value."""
+        """Return the value of a parameter, `component.variable`: the value that was set, or its start value."""
         component, variable = self._split(name)
         start = self.interfaces[component].port(variable, component).start or 0.0
         return self.parameters[component].get(variable, start)

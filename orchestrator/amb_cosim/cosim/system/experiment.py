@@ -36,8 +36,8 @@ class InputChange:
 class Profile:
     """An input that is linear between points (time in s, value), constant outside; `slope` receives its slope, in 1/s.
 
-    Without a point at or before communication point 0, the input's initial value applies there. Values are in `unit`,
-    if it is stated, and are then averaged over each step if they are closer than steps.
+    If no point is at or before communication point 0, the input's initial value applies there. Values are in `unit`, if
+    a unit is stated; they are then averaged over each step if they are closer together than steps.
     """
 
     variable: str
@@ -203,11 +203,11 @@ class Plan:
         return self.first if self.settling == "simulated" else -(WARM_UP + self.turn + 4)
 
     def all_parameters(self) -> dict[str, dict[str, float | None]]:
-        """Return every parameter of every component: the set value, or its start value."""
+        """Return every parameter of every component: the value that was set, or its start value."""
         return {c: interface.start_parameters | {**self.parameters[c]} for c, interface in self.interfaces.items()}
 
     def all_texts(self) -> dict[str, dict[str, str]]:
-        """Return the set String variables of every component, and Binary ones as hexadecimal digits."""
+        """Return the set String variables of every component, and Binary variables as hexadecimal digits."""
         return {
             component: {name: value if isinstance(value, str) else value.hex() for name, value in values.items()}
             for component, values in self.texts.items()

@@ -189,7 +189,7 @@ def _without_lacking(
     Raises
     ------
     ValueError
-        If an event has no variable left: a fault without effect would look harmless.
+        If an event has no variable left, because a fault without effect would look harmless.
     """
     events: dict[tuple[str, float], list[InputChange]] = {}
     for change in changes:
@@ -248,7 +248,7 @@ def _sampled(profile: Profile, values: Assignments, grid: TimeGrid) -> tuple[tup
 
 
 def _sample_time(component: Component, values: Assignments) -> float | None:
-    """Return the parameter `sample_time` of a component, if it has one above 0, as a Real in s or without a unit.
+    """Return the parameter `sample_time` of a component, if it has a value above 0, as a Real in s or without a unit.
 
     A parameter of that name in other FMUs can be something else; 0 and -1 often mean continuous and inherited.
     """

@@ -1,7 +1,7 @@
 """A component replaced by another FMU: remaining connections, missing ports, and notices.
 
 Another FMU can replace the original one if it provides, under the same names, every output that fed a remaining input.
-It may lack inputs. Connections of an `option` may be omitted, all together.
+It may lack inputs. Connections of an `option` may be omitted, but only together.
 """
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ def notices(system: System, interfaces: Interfaces, assigned: Iterable[str], dro
 
 
 def _breach(rules: Sequence[str]) -> str:
-    """Return a phrase on the rules that a description breaks; the first few of them."""
+    """Return a phrase on the rules that a description breaks, or on the first few of them."""
     more = f"; and {len(rules) - 3} more" if len(rules) > 3 else ""
     return f"its modelDescription.xml is not valid FMI: {'; '.join(rules[:3])}{more}"
 

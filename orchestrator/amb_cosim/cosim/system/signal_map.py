@@ -10,7 +10,7 @@ from array_types import Array, Indices
 
 @dataclass(frozen=True)
 class SignalMap:
-    """Positions of all signals in the value array, and which inputs read them.
+    """Positions of all signals in the value array, and the inputs that read them.
 
     Parameters
     ----------

@@ -185,7 +185,7 @@ class System:
         return next((signal for signal in self.signals if signal.name == name), None)
 
     def first_end(self, name: str) -> str:
-        """Return one input that a shared signal feeds; any other name unchanged."""
+        """Return one input that a shared signal feeds; return any other name unchanged."""
         signal = self.signal(name)
         return name if signal is None else signal.targets[0]
 

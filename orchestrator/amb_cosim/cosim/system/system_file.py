@@ -112,7 +112,7 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> Expe
 
 
 def _read(name: str, derived: tuple[str, ...] = ()) -> tuple[System, ExperimentTable | None]:
-    """Return a system and its run from a file and its bases, with every connection: the last one to an input applies.
+    """Return a system and its run from a file and its bases, with all connections; the last one to an input applies.
 
     Parameters of a packaged file without a base are not `stated`.
     """

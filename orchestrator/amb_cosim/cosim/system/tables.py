@@ -29,7 +29,7 @@ _NO_SCHEMAS = ("metadata", "default", "serialization", "expected")  # keys of a 
 
 
 def _without_truth_values(part: Any) -> Any:
-    """Return a part of a schema that refuses `true` and `false` as numbers: pydantic reads them as 1 and 0."""
+    """Return a part of a schema that refuses `true` and `false` as numbers, because pydantic reads them as 1 and 0."""
     if isinstance(part, list | tuple):
         return type(part)(_without_truth_values(each) for each in part)
     if not isinstance(part, dict):
@@ -60,7 +60,7 @@ class Table(BaseModel):
 
 
 def check_bases(name: str, derived: tuple[str, ...]) -> None:
-    """Raise ValueError if a file is its own base, or the chain of bases is too long.
+    """Raise ValueError if a file is its own base, or if the chain of bases is too long.
 
     Parameters
     ----------

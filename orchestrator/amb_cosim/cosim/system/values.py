@@ -59,7 +59,7 @@ def convert(raw: Raw, port: Port, name: str) -> float:
     Raises
     ------
     ValueError
-        If the port does not accept it; the message names the value and the allowed ones.
+        If the port does not accept it; the message names the value and the allowed values.
     """
     if port.type == "Boolean":
         text = str(raw).strip().lower()
@@ -115,7 +115,7 @@ def _in_absolute_unit_of(port: Port, raw: Raw, name: str) -> float:
 
 
 def _is_standard(port: Port) -> bool:
-    """Return whether the unit of a variable has its usual meaning: the FMU declares none, or the same."""
+    """Return whether the unit of a variable has its usual meaning: the FMU declares no unit, or the same one."""
     try:
         if port.definition is None:
             parse_unit(port.unit or "1")

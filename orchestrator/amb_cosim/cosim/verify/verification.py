@@ -18,7 +18,7 @@ MOST_TOLERANCE = 1e-3  # of the same; the largest tolerance that an experiment m
 
 @dataclass(frozen=True)
 class Deviation:
-    """A value that differs from the reference; `relative` is the difference over the largest reference."""
+    """A value that differs from the reference; `relative` is the difference relative to the largest reference."""
 
     variable: str
     time: float
@@ -31,9 +31,9 @@ class Deviation:
 class Verified:
     """Result of an experiment: numbers of compared points and values, and the largest deviation, or None.
 
-    `failure` is the reason why the FMU failed, `unread` why the experiment was not run. `allowed` is the tolerance of
-    the experiment, which `tolerance` caps. `omitted` are columns of the references that are not compared, with the
-    reason; `other_text` is the first text that differs from its reference.
+    `failure` is the reason why the FMU failed, `unread` is the reason why the experiment was not run. `allowed` is the
+    tolerance of the experiment, which `tolerance` caps. `omitted` are columns of the references that are not compared,
+    with the reason; `other_text` is the first text that differs from its reference.
     """
 
     experiment: str

@@ -160,7 +160,7 @@ def _compared_texts(
     Returns
     -------
     tuple
-        The number of compared texts, and a phrase on the first that differs, or empty.
+        The number of compared texts, and a phrase on the first text that differs, or an empty text.
     """
     count, first = 0, ""
     points = np.array([time for time, _ in seen])
@@ -185,7 +185,7 @@ def _reason_to_omit(variable: Any, experiment: ReferenceExperiment) -> str:
 
 
 def _fault_of_times(texts: list[str], start_time: float, stop_time: float) -> str:
-    """Return the error in the times of reference results (s), empty if they are within the run."""
+    """Return the error in the times of reference results (s), or an empty text if they are within the run."""
     if not stop_time > start_time:
         return f"its stop time of {stop_time:g} s is not after its start at {start_time:g} s"
     times, margin = np.array([_number(text) for text in texts]), 1e-9 * (stop_time - start_time)
@@ -200,7 +200,7 @@ def _fault_of_times(texts: list[str], start_time: float, stop_time: float) -> st
 
 
 def _spacing(texts: list[str]) -> float | None:
-    """Return the time between rows (s), None if it changes or there is only one row."""
+    """Return the time between rows (s), or None if it changes or there is only one row."""
     steps = np.diff([_number(text) for text in texts])
     return float(np.mean(steps)) if len(steps) and np.allclose(steps, steps[0], rtol=1e-6) else None
 

@@ -94,7 +94,7 @@ class Station:
         return np.full((2, dataset.sizes["time"]), np.nan) if result is None else result
 
     def seen(self, dataset: Signals) -> Array:
-        """Return `path` to the right and upwards, as a picture shows it, shape (2, n) (m)."""
+        """Return `path` as a picture shows it, to the right and upwards, shape (2, n) (m)."""
         return turned_upright(dataset, self.path(dataset))
 
 

@@ -131,7 +131,7 @@ def _draw_column(
 def whirl(dataset: Signals) -> Figure:
     """Draw the whirl speed at each touched site, with spin speed and rolling speed, and the mode of contact.
 
-    The axis covers the whirl of the rotor; a distant rolling speed is written instead of drawn.
+    The axis covers the whirl of the rotor; a distant rolling speed is written as text instead of drawn.
     """
     sites = list(touched_sites(dataset))
     figure = StyledFigure(figsize=(7.0, 2.9 * len(sites)), layout="constrained")
@@ -169,7 +169,7 @@ def whirl(dataset: Signals) -> Figure:
 
 
 def _rolling_whirl(dataset: Signals, site: str) -> tuple[Array, bool]:
-    """Return the whirl speed (rad/s) at which a journal rolls, and whether its retainer has no race that turns.
+    """Return the whirl speed (rad/s) at which a journal rolls, and whether its retainer lacks a race that turns.
 
     omega = -(Omega R_s - omega_r (R_s + c))/c                                                     (1)
     """

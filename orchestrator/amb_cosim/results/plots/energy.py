@@ -33,7 +33,7 @@ NODAL_IMPACTS = "lost in impacts\n(nodal rule: may\nbe negative)"
 
 
 def energy(dataset: Signals) -> Figure:
-    """Draw the stored energy; below it, since cycle 0, work, heat and the error of the balance.
+    """Draw the stored energy, and below it the work, the heat and the error of the balance since cycle 0.
 
     The energy of a free spin is a separate curve, beside the energy of the lateral motion. Under the nodal impact rule
     impacts may create energy, so that their energy is not heat.

@@ -60,7 +60,7 @@ BELOW = 0.45  # part of the panel of heights below its inset
 
 
 def touchdown(dataset: Signals) -> Figure:
-    """Draw the orbit at each station in its retainer, and below, over time, heights, speeds, heat and temperatures.
+    """Draw the orbit at each station in its retainer, and below it heights, speeds, heat and temperatures over time.
 
     For a rotor with faces, the gaps along the shaft are drawn, too. Heights, which require gravity across the shaft,
     are drawn for the bearings with retainers; without gravity, their gaps are drawn. An inset enlarges the first
@@ -109,7 +109,7 @@ def touchdown(dataset: Signals) -> Figure:
 
 
 def _facts(dataset: Signals, site: str) -> list[str]:
-    """Return how the rotor whirls about a site after its release, and the largest force there, as texts."""
+    """Return the whirl of the rotor about a site after its release, and the largest force there, as texts."""
     fall, force = describe(dataset), site_force(dataset, site)
     if fall is None or site not in fall.retainers or force is None:
         return ["no contact"]

@@ -26,7 +26,7 @@ LETTERS = 0.1  # share of an axis' height that a number takes
 class SiteForce:
     """The force at a site at each sample: its largest value in a step, and the mean of the last millisecond (N).
 
-    A value that was not recorded is NaN. `marked` is the number of the summary and its sample: the largest mean from
+    A value that was not recorded is NaN. `marked` is the number in the summary with its sample: the largest mean from
     cycle 0 on or, without means, the largest peak.
     """
 

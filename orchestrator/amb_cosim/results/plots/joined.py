@@ -59,11 +59,11 @@ def joined(
 ) -> tuple[Array, NDArray[np.int64]]:
     """Return a path with points between its samples, and the sample that each point follows.
 
-    A rotor that touches at two successive samples stays on its retainer between them, so that an arc joins them, of the
-    angle that is nearest to `turned`. A chord would show the rotor in the middle of the clearance, where it never was.
-    Other samples beyond `OUTSIDE` that are `APART` are separated by NaN, since their path is unknown. So are samples of
-    a flight at which the path turns by more than `TURN`: it vibrates faster than it is sampled, and chords would look
-    like bounces.
+    A rotor that touches at two successive samples stays on its retainer between them, so an arc joins them, whose angle
+    is the one nearest to `turned`. A chord would show the rotor in the middle of the clearance, where it never was.
+    Other samples beyond `OUTSIDE` that are `APART` are separated by NaN, because their path is unknown. So are samples
+    of a flight at which the path turns by more than `TURN`: it vibrates faster than it is sampled, and chords would
+    look like bounces.
 
     Parameters
     ----------

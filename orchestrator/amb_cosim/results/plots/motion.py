@@ -58,7 +58,7 @@ BEFORE, LOADED, AFTER = GREY, ORANGE, BLUE
 def orbits(dataset: Signals) -> Figure:
     """Draw the path of the rotor centre at each station, coloured by part of the run, and the clearance.
 
-    If all orbits are small compared with their clearances, they are drawn larger, and the clearance is written.
+    If all orbits are small compared with their clearances, they are enlarged, and the clearance is written as text.
     """
     drawn = stations(dataset)
     gaps = [clearance(dataset, station.site) if station.site else 0.0 for station in drawn]

@@ -76,7 +76,7 @@ def _by_unit(selection: Selection) -> dict[str, list[str]]:
 
 
 def _display_unit(unit: str, largest: float) -> ShownUnit:
-    """Return the unit in which values up to `largest`, of an SI unit, are drawn."""
+    """Return the unit in which values of an SI unit up to `largest` are drawn."""
     quantity = QUANTITIES.get(unit, "")
     if quantity == "speed":
         return speed_unit(unit)

@@ -19,7 +19,7 @@ TURNS = 3.0  # of the rotor, that are drawn
 
 
 def turns(dataset: Signals) -> Figure:
-    """Draw the last turns at each station, a mark at each whole turn of the rotor, and an arrow at the end.
+    """Draw the last turns at each station, with a mark at each whole turn of the rotor and an arrow at the end.
 
     The mark is where a keyphasor pulses, at the rotor's angle 0. The whirl is forward if the area that the motion
     encloses is positive in the sense of the rotor's spin,

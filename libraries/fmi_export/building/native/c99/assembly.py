@@ -1,8 +1,8 @@
 """Reads LLVM assembly, as `lowering` writes it: types, constants, operands, functions with their blocks.
 
 It supports only the types that kernels use: integers of 1, 8, 16, 32 and 64 bits, double, addresses, arrays and
-structures of these. Anything else is a ValueError that names it. Attributes and metadata, which only permit
-optimisations, are skipped.
+structures of these. Anything else is a ValueError that names it. Attributes and metadata are skipped, because they only
+permit optimisations.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ class Line:
         return result
 
     def take(self, word: str) -> bool:
-        """Read the next word if it is this one; return whether it was."""
+        """Read the next word if it is this one; return whether it was read."""
         if self.next == word:
             self._at += 1
             return True

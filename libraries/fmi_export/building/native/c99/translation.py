@@ -45,7 +45,7 @@ def to_c(assembly: str) -> str:
     Raises
     ------
     ValueError
-        If the assembly contains something without counterpart in C; the message shows the line.
+        If the assembly contains something without a counterpart in C; the message shows the line.
     """
     variables, functions = read_module(assembly)
     names = {v.name: f"table_{k}" for k, v in enumerate(variables)}
