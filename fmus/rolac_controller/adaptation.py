@@ -51,7 +51,7 @@ def forces_at(U: Complex, harmonics: Records, theta: float, u: Array) -> None:
     U
         Forces of all harmonics, shape (N_HARMONICS, n_axes) (N).
     harmonics
-        Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends them.
+        Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends the list.
     theta
         Rotor angle (rad).
     u
@@ -100,7 +100,7 @@ def limit_forces(U: Complex, harmonics: Records, largest: float) -> bool:
     U
         Forces of all harmonics, shape (N_HARMONICS, n_axes) (N); changed.
     harmonics
-        Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends them.
+        Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends the list.
     largest
         Largest sum of the amplitudes of an axis (N).
     """

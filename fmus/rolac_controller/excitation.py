@@ -68,7 +68,7 @@ def force_component(harmonics: Records, number: int, multi: bool, scale: float, 
     Parameters
     ----------
     harmonics
-        Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends them.
+        Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends the list.
     number
         Number of the harmonic, from 0.
     multi

@@ -185,7 +185,7 @@ def add_sample(window: Window, harmonics: Records, theta: float, displacements: 
     Parameters
     ----------
     harmonics
-        Records HARMONIC, shape (N_HARMONICS,), the same at every call; the first order 0 ends them.
+        Records HARMONIC, shape (N_HARMONICS,), the same at every call; the first order 0 ends the list.
     theta
         Rotor angle (rad), wrapped or not, within 1e18. A jump (`angle_jump`) clears the window first.
     displacements
@@ -237,7 +237,7 @@ def transform(window: Window, harmonics: Records, Q: Complex) -> None:
     Parameters
     ----------
     harmonics
-        Records HARMONIC that the window was filled with, shape (N_HARMONICS,); the first order 0 ends them.
+        Records HARMONIC that the window was filled with, shape (N_HARMONICS,); the first order 0 ends the list.
     Q
         Receives the components, shape (N_HARMONICS, n_sensors) (m). It is not changed while the window covers less than
         a revolution, nor for a harmonic whose period covers fewer than `FEWEST_SAMPLES` samples.

@@ -31,7 +31,7 @@ def predict(inputs: Inputs, prediction_time: float, time: float, head: np.record
     head
         The state's record HEAD: time of the previous step, if any.
     last_displacements
-        At the step before, shape (n_sensors,) (m).
+        Displacements at the previous step, shape (n_sensors,) (m).
     """
     common, elapsed = inputs.common[0], time - head.last_time
     common.theta += prediction_time * common.Omega

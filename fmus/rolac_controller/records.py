@@ -32,7 +32,7 @@ class Parameters(NamedTuple):
     """Record of type `PARAMETERS`, in an array of length 1, and the parameters of axes, harmonics, sensors and planes.
 
     axes, harmonics
-        Records `GAINS`, shape (n_axes,), and `HARMONIC`, shape (N_HARMONICS,); the first order 0 ends them.
+        Records `GAINS`, shape (n_axes,), and `HARMONIC`, shape (N_HARMONICS,); the first order 0 ends the list.
     sensor_weights, sensor_scales
         Shape (n_sensors,).
     plane_positions, plane_offsets

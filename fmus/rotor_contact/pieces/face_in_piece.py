@@ -69,8 +69,8 @@ def _moved(at: FaceMotion, i: int, step: float) -> FaceMotion:
 def settle_face_forces(w: Workspace, matrices: StepMatrices, of_forces: Array) -> tuple[bool, float, float]:
     """Correct the forces of all seats at the Lobatto points after the first, by Newton's method for each face.
 
-    Returns whether this succeeds, the largest error of the forces so far, and the largest normal force (N). Moments
-    count by the force at the ring's radius.
+    Returns whether this succeeds, the largest error of the forces so far, and the largest normal force (N). A
+    moment counts as the force that causes it at the radius of the ring.
     """
     piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
     records, error, largest = faces_of(w.faces, w.Minv.shape[0]).records, 0.0, 0.0
@@ -207,7 +207,7 @@ def _add_row(around: LevelsAround, row: int, force: float, observed: Array) -> N
 def bend_of_face_forces(w: Workspace, matrices: StepMatrices) -> tuple[float, float]:
     """Return the largest third difference of the forces of all seats in a piece, and the largest force (N).
 
-    Moments count by the force at the ring's radius.
+    A moment counts as the force that causes it at the radius of the ring.
     """
     piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
     records, bend, largest = faces_of(w.faces, w.Minv.shape[0]).records, 0.0, 0.0

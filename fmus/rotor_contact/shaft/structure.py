@@ -46,7 +46,7 @@ class RowsOfFaces(NamedTuple):
 
 
 class Structure(NamedTuple):
-    """The reduced rotor, n degrees of freedom. A product with M^-1 is an acceleration.
+    """The reduced rotor with n degrees of freedom. A product with M^-1 is an acceleration.
 
     Degrees of freedom alternate x and y: the first `n_translations` are translations of planes, the rest rotations or
     modes.

@@ -53,7 +53,7 @@ class Parameters(NamedTuple):
 class Inputs(NamedTuple):
     """Single inputs as a record of type `INPUTS`, in an array of one; records of axes, discs and cores of bearings.
 
-    Axes alternate x and y of each bearing. `thrust` has one record of the motion along the shaft, or none.
+    Axes alternate x and y of each bearing. `thrust` contains one record of the motion along the shaft, or none.
     """
 
     scalars: Records

@@ -76,7 +76,7 @@ class units:  # used as a function, and in `with`
     Raises
     ------
     ValueError
-        If a name is unknown, or two units are for one quantity.
+        If a name is unknown, or two units belong to the same quantity.
 
     Examples
     --------

@@ -118,6 +118,6 @@ def _initial_value(run: Described, name: str) -> str:
 
 
 def _typed(run: Described, name: str, value: float) -> float | int | bool:
-    """Return a value as one of its variable's type."""
+    """Return a value converted to the type of its variable."""
     kind = run.port(name).type
     return float(value) if kind == "Real" else bool(value) if kind == "Boolean" else int(value)

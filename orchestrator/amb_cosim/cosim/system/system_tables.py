@@ -57,7 +57,7 @@ class SharedSignalTable(Table):
 
 
 class EventTable(Table):
-    """New values of inputs from a time."""
+    """New values of inputs from a certain time on."""
 
     time: Value
     """Time of the change."""
