@@ -4,8 +4,8 @@ With s = t/h in a piece of length h, y(s) = sum_k y_k s^k for y = (q, v), and
 
     q_(k+1) = h/(k+1) v_k,    v_(k+1) = h/(k+1) (f_k - K q_k - C v_k)            (1)
 
-f_k are the coefficients of the accelerations due to all forces: steady ones (k = 0), the unbalance (A + i B) (i Omega
-h)^k/k!, and the cubics through the node forces. No equations are solved again.
+f_k are the coefficients of the accelerations due to all forces: steady ones (k = 0), the unbalance
+(A + i B) (i Omega h)^k/k!, and the cubics through the node forces. No equations are solved again.
 """
 
 from __future__ import annotations
