@@ -186,8 +186,8 @@ def model_for(ports: Ports, sample_time: float) -> Model:
         for i, name in enumerate(ports.demands)
     }
     long_step = (
-        "step size = {step_size} s is not allowed; it must be <= sample_time = {sample_time} s, since a step has "
-        "inputs for one sample"
+        "step size = {step_size} s is not allowed; it must be <= sample_time = {sample_time} s, because the inputs of "
+        "a step serve one sample"
     )
     return Model(
         name="linear_controller",

@@ -18,7 +18,7 @@ def _common_parameters(sample_time: float) -> list[Variable]:
         parameter(
             "sample_time",
             "s",
-            "Time between samples, for which the matrices hold; the longest communication step",
+            "Sample time for which the matrices hold; the longest allowed communication step",
             sample_time,
             minimum=(1.0 - ROUNDING) * sample_time,
             maximum=(1.0 + ROUNDING) * sample_time,
@@ -26,7 +26,8 @@ def _common_parameters(sample_time: float) -> list[Variable]:
         parameter(
             "delay",
             "1",
-            "Delay of the demands in samples, in addition to chain.delay; fractions change them within a sample",
+            "Delay of the demands in samples, in addition to chain.delay; with a fraction, demands change within a "
+            "sample",
             0.0,
             minimum=0.0,
             maximum=MAX_DELAY,
@@ -34,8 +35,8 @@ def _common_parameters(sample_time: float) -> list[Variable]:
         parameter(
             "start_at_rest",
             "1",
-            "At the first sample filters are at rest under the present signals and integrators are zero; otherwise "
-            "all states are zero",
+            "At the first sample, filters are settled at the present signals and integrators are zero; otherwise all "
+            "states are zero",
             1.0,
             type="Boolean",
         ),
@@ -64,7 +65,7 @@ def _demand_parameters(name: str) -> list[Variable]:
 
     return [
         tunable("gain", "1", "Gain of the law's demand", 1.0),
-        tunable("offset", "A", "Offset added to it", 0.0),
+        tunable("offset", "A", "Offset added to the demand", 0.0),
         tunable("lower", "A", "Smallest demand", -NO_LIMIT),
         tunable("upper", "A", "Largest demand", NO_LIMIT),
     ]
@@ -126,7 +127,7 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
         input_(
             "enable",
             "1",
-            "Enables the law; otherwise a demand is its offset plus feedforward",
+            "Enables the law; if false, each demand is its offset plus feedforward",
             type="Boolean",
             start=1.0,
         ),
@@ -155,11 +156,11 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
         output(
             "speed_extrapolated",
             "1",
-            "The speed is outside the table; the matrices are those of its nearest speed",
+            "The speed is outside the table; the matrices of its nearest speed are used",
             type="Boolean",
             depends_on=("Omega",),
             initially_depends_on=("Omega",),
-            warning="Omega = {Omega} rad/s is outside the table; the matrices are those of its nearest speed",
+            warning="Omega = {Omega} rad/s is outside the table; the matrices of its nearest speed are used",
         ),
         repeated("demand_values", [(name, reached) for name in ports.demands], _demand_output),
         repeated(

@@ -47,8 +47,8 @@ def _check_names(kind: str, names: Sequence[str]) -> None:
     for name in names:
         if not _NAME.fullmatch(name):
             raise ValueError(
-                f"{name!r} is not allowed as a name of {kind}; it must be letters, digits and _ with dots between, "
-                "such as mb1.x"
+                f"{name!r} is not allowed as a name of {kind}; it must consist of letters, digits and _, with dots "
+                f"between them, such as mb1.x"
             )
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:

@@ -109,6 +109,6 @@ def _check_feedback(bearings: Sequence[str], feedback: Sequence[str], planes: Se
         if feedback[k] in feedback[:k]:
             other = bearings[feedback.index(feedback[k])]
             raise ValueError(
-                f"bearing {bearing!r} has no sensors of its own: those of plane {feedback[k]!r} close the loop of "
-                f"{other!r}; each bearing needs a sensor plane"
+                f"bearing {bearing!r} has no sensors of its own: the sensors of plane {feedback[k]!r} close the loop "
+                f"of {other!r}; each bearing needs its own sensor plane"
             )

@@ -237,8 +237,8 @@ def _faults(loop: ControlLoop) -> dict[int, str]:
     orders = ", ".join(f"{{harmonic{k + 1}.order}}" for k in range(N_HARMONICS))
     positions = ", ".join(f"plane{k + 1}.z = {{plane{k + 1}.z}} m" for k in range(len(loop.planes)))
     return {
-        FAULT_LONG_STEP: "step size = {step_size} s is not allowed; it must be <= sample_time = {sample_time} s, since "
-        "a step has inputs for one sample",
+        FAULT_LONG_STEP: "step size = {step_size} s is not allowed; it must be <= sample_time = {sample_time} s, "
+        "because the inputs of a step serve one sample",
         FAULT_NO_TABLE: "rolac_enable = 1 is not allowed; this FMU was built without a table of receptances, "
         "so rolac_enable must be 0 until an identification has been requested",
         FAULT_HARMONICS: f"the orders of the harmonics, {orders}, are not allowed; they must ascend, and be 0 after "

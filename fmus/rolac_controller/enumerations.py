@@ -25,8 +25,8 @@ SOURCES = Enumeration(
     "ContactSource",
     (
         ("none", "not at all"),
-        ("sensors", "by the sensors at the bearings and contact.clearance"),
-        ("given", "by the input contact_state"),
+        ("sensors", "from the sensors at the bearings and contact.clearance"),
+        ("given", "from the input contact_state"),
     ),
 )
 NO_SOURCE, OWN_SENSORS, GIVEN = range(3)
@@ -40,7 +40,7 @@ STATUSES = Enumeration(
         ("identifying", "forces held while an identification runs"),
         ("too_slow", "PID alone: Omega is below rolac.min_speed"),
         ("no_window", "PID alone: no full revolution in the window, or theta does not rotate at Omega"),
-        ("no_h", "PID alone: the table has no H for the speed; with several harmonics, for one of them"),
+        ("no_h", "PID alone: the table has no H for the speed, or for one of several harmonics"),
         ("sensor_suspect", "PID alone: the reading of suspect_sensor is constant"),
     ),
 )

@@ -111,7 +111,7 @@ ADAPTATION = (
     _tunable(
         "rolac.fade",
         "1/s",
-        "Rate at which the force fades while ROLAC is off or suspended; from 1/sample_time on immediately",
+        "Rate at which the force fades while ROLAC is off or suspended; at 1/sample_time or more, immediately",
         20.0,
     ),
     _tunable(
@@ -133,7 +133,7 @@ ADAPTATION = (
         tunable=True,
     ),
     _switch(
-        "rolac.check_sensors", "Suspend ROLAC while a reading is constant for a revolution in which others change", True
+        "rolac.check_sensors", "Suspend ROLAC if one reading stays constant for a revolution while others change", True
     ),
     _tunable(
         "olac.steadiness",
@@ -142,8 +142,8 @@ ADAPTATION = (
         0.02,
     ),
     _choice("olac.updates", "Number of updates after OLAC is switched on; 0: unlimited", 0, 0, 10**6),
-    parameter("contact.source", "1", "How contact is detected", NO_SOURCE, **enumerated(SOURCES)),
-    _switch("contact.aware", "Contact-aware adaptation, with contact detected as contact.source selects", False),
+    parameter("contact.source", "1", "Method of contact detection", NO_SOURCE, **enumerated(SOURCES)),
+    _switch("contact.aware", "Contact-aware adaptation; contact.source selects how contact is detected", False),
     _tunable(
         "contact.lead",
         "rad",
@@ -162,18 +162,20 @@ ADAPTATION = (
     _tunable(
         "contact.threshold",
         "1",
-        "Displacement over clearance above which contact.source sensors detects contact",
+        "Ratio of displacement to clearance above which contact.source sensors detects contact",
         0.98,
         maximum=1.0,
     ),
 )
 
 IDENTIFICATION = (
-    _switch("identification.multi", "All harmonics at once, Schroeder-phased; otherwise harmonic number 1 alone"),
+    _switch(
+        "identification.multi", "Identify all harmonics at once, Schroeder-phased; otherwise only harmonic number 1"
+    ),
     _tunable(
         "identification.force_scale",
         "1",
-        "Test force over A(f)",
+        "Ratio of the test force to A(f)",
         1.0,
         maximum=1e3,
     ),
@@ -207,7 +209,7 @@ def _plane_position(number: int, plane: SensorPlane) -> list[Variable]:
 
 
 def _plane_offset(number: int, plane: SensorPlane) -> list[Variable]:
-    description = f"Axial offset of the sensors from there, {plane.name}"
+    description = f"Axial offset of the sensors from that position, {plane.name}"
     return [parameter(f"plane{number}.offset", "m", description, 0.0, minimum=-1.0, maximum=1.0, field=".")]
 
 
@@ -232,7 +234,7 @@ def parameter_variables(loop: ControlLoop) -> list[Variable]:
             "sensor_scales",
             loop.sensors,
             sensor_scale,
-            array=Array("sensor_scales", f"Sensitivities over the nominal one, {sensors}"),
+            array=Array("sensor_scales", f"Sensitivities relative to the nominal value, {sensors}"),
         ),
         *repeated(
             "plane_positions",
@@ -244,6 +246,6 @@ def parameter_variables(loop: ControlLoop) -> list[Variable]:
             "plane_offsets",
             planes,
             _plane_offset,
-            array=Array("plane_offsets", f"Axial offsets of the sensors from there, {where}"),
+            array=Array("plane_offsets", f"Axial offsets of the sensors from these positions, {where}"),
         ),
     ]

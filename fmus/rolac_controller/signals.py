@@ -50,19 +50,23 @@ _COMMON_INPUTS = (
     input_(
         "Omega",
         "rad/s",
-        "Rotor speed; the synchronous control needs a positive one",
+        "Rotor speed; synchronous control needs a positive speed",
         minimum=-LARGEST_SPEED,
         maximum=LARGEST_SPEED,
     ),
     input_(
-        "theta", "rad", "Rotor angle, wrapped to a revolution or not", minimum=-LARGEST_ANGLE, maximum=LARGEST_ANGLE
+        "theta",
+        "rad",
+        "Rotor angle, with or without wrapping to one revolution",
+        minimum=-LARGEST_ANGLE,
+        maximum=LARGEST_ANGLE,
     ),
     input_("rolac_enable", "1", "Switches ROLAC on", type="Boolean"),
     input_("identify", "1", "Starts an identification when it becomes true, aborts it when false", type="Boolean"),
     input_(
         "shown_harmonic",
         "1",
-        "Number of the harmonic whose amplitudes, phases, forces and receptance the outputs show",
+        "Number of the harmonic for which the outputs report amplitudes, phases, forces and receptance",
         type="Integer",
         start=1,
         minimum=1,
@@ -219,9 +223,9 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
         ),
         _flag(
             "h_extrapolated",
-            "The speed is outside the table; H is that of its nearest speed",
+            "The speed is outside the table; H of its nearest speed is used",
             adaptation,
-            "Omega = {Omega} rad/s is outside the table; H is that of its nearest speed",
+            "Omega = {Omega} rad/s is outside the table; H of its nearest speed is used",
         ),
         _flag(
             "current_limited",
@@ -239,11 +243,11 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
         ),
         _number(
             "suspect_sensor",
-            "Number of a sensor whose reading is constant while others change, in their order; 0: none",
+            "Number, in sensor order, of a sensor with a constant reading while others change; 0: none",
             len(loop.sensors),
             sensors,
         ),
-        _number("table_rows", "Speeds in the table of H, times harmonics", 1e6, adaptation),
+        _number("table_rows", "Number of entries in the table of H, one for each speed and harmonic", 1e6, adaptation),
         _choice("identification_state", "Stage of the identification", stages(loop.axis_names), adaptation),
         _choice("identification_error", "Cause of failure of the identification", ERRORS, adaptation),
         _later(

@@ -316,7 +316,7 @@ def _stable(planes: Planes) -> str:
     if planes.max_substep >= Planes.max_substep:
         return ""
     return (
-        f"its fastest mode is stable with solver.max_substep up to {STABLE * planes.max_substep:.3g} s, which is "
+        f"its fastest mode requires solver.max_substep <= {STABLE * planes.max_substep:.3g} s, but it is "
         "{solver.max_substep} s: lower it, or retain fewer modes or planes; otherwise "
     )
 
@@ -324,24 +324,23 @@ def _stable(planes: Planes) -> str:
 def _faults(planes: Planes) -> dict[int, str]:
     stiffness = ", ".join(f"{bearing}.k_b = {{{bearing}.k_b}} N/m" for bearing in planes.bearings)
     return {
-        FAULT_TOO_MANY_EVENTS: "too many contact events in one step to follow them; "
-        f"{_stable(planes)}shorten the communication step",
+        FAULT_TOO_MANY_EVENTS: f"too many contact events in one step; {_stable(planes)}shorten the communication step",
         FAULT_SINGULAR: f"the contact equations have no unique solution; {_stable(planes)}lower the coefficients of "
         "friction",
         FAULT_MODES: "no combination of stick, slip and opening of the sites in contact is consistent with the "
         "forces; lower the coefficients of friction",
-        FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; it requires passive bearings with stiffness "
-        f"that support the rotor, {stiffness}",
+        FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; it requires passive bearings with enough "
+        f"stiffness to support the rotor, {stiffness}",
         FAULT_LONG_STEP: "step size = {step_size} s is not allowed; it must be at most 100000 times "
         "solver.max_substep = {solver.max_substep} s",
         FAULT_ENERGY: "energy is not conserved: energy.balance = {energy.balance} J is more than solver.energy_limit = "
         "{solver.energy_limit} of the largest energy so far; lower solver.max_substep; in contact, lower its stiffness "
         "or friction",
-        FAULT_TOO_STIFF: "a contact or a bearing is too stiff to follow: it requires more than 100000 substeps in one "
+        FAULT_TOO_STIFF: "a contact or a bearing is too stiff: it requires more than 100000 substeps in one "
         "communication step; lower its stiffness or damping, raise delta_c, or shorten the step",
         FAULT_INERTIA: "spin.inertia = {spin.inertia} kg.m2 is not allowed with a free spin and this unbalance; "
         "it must be the polar inertia of rotor and drive, greater than that of the unbalance itself",
-        FAULT_FAST: "a housing, a race or the spin changes too fast to follow: mount_stiffness and mount_damping over "
+        FAULT_FAST: "a housing, a race or the spin changes too fast: mount_stiffness and mount_damping over "
         "housing_mass, drag over race_inertia, drive.gain over spin.inertia must give time constants of at least 0.5 "
         "us",
         FAULT_NODAL: "contact.impact_law = 0 (nodal) is not allowed if a housing can move; it must be 1 (newton), "

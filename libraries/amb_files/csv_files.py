@@ -78,8 +78,8 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
             is_longer = len(row) > len(headings)
             advice = "; with decimal commas, columns must be separated by semicolons" if is_longer else ""
             if len(headings) == 1:
-                advice += f"; the first line without a comment, {headings[0][:SHOWN]!r}, must be the row of headings"
-            expected = f"{len(headings)} values as the headings, separated by {SEPARATORS.get(separator, separator)}"
+                advice += f"; the first line that is not a comment, {headings[0][:SHOWN]!r}, must contain the headings"
+            expected = f"{len(headings)} values like the headings, separated by {SEPARATORS.get(separator, separator)}"
             raise ValueError(f"row {k} of {name} must have {expected}; it has {len(row)}{advice}")
     if duplicates := repeated(headings):
         raise ValueError(f"{name} has two columns {duplicates[0]!r}; their headings must be unique")
@@ -107,7 +107,7 @@ def read_numbers(
         return numbers
     if len(text) > MOST_CELLS:
         raise ValueError(
-            f"{name} has {len(text) >> 20} MB; beyond {MOST_CELLS >> 20} MB each cell must be a decimal number without "
+            f"{name} has {len(text) >> 20} MB; above {MOST_CELLS >> 20} MB, each cell must be a decimal number without "
             f"quotes, and each column must have its own heading"
         )
     del text
@@ -189,14 +189,16 @@ def _with_points(rows: Rows, name: str) -> Rows:
     items = [item for row in rows for cell in row if "," in cell for item in cell.split()]
     commas = [item for item in items if COMMA.fullmatch(item)]
     if grouped := next((item for item in items if item.count(",") and _is_grouped(item)), ""):
-        raise ValueError(f"{name} has the number {grouped}; numbers must have no separators of thousands")
+        raise ValueError(f"{name} has the number {grouped}; numbers must not contain thousands separators")
     if not commas:
         return rows
     if point := next((item for row in rows for cell in row for item in cell.split() if POINT.fullmatch(item)), ""):
-        raise ValueError(f"{name} has numbers with a point, {point}, and with a comma, {commas[0]}; use points alone")
+        raise ValueError(
+            f"{name} has numbers with a decimal point, {point}, and with a comma, {commas[0]}; use only points"
+        )
     if all(map(GROUP.fullmatch, commas)):
         value = commas[0].replace(",", "")
-        raise ValueError(f"{name} has the number {commas[0]}, which may be {value} or {commas[0].replace(',', '.')}")
+        raise ValueError(f"{name} contains {commas[0]}, which may mean {value} or {commas[0].replace(',', '.')}")
     return [[_plain(cell) if "," in cell else cell for cell in row] for row in rows]
 
 

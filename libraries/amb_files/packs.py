@@ -190,7 +190,7 @@ class PackFiles(Mapping[str, Path]):
         return len(owners) > 1 and owners[0] not in self._general
 
     def _clash(self, name: str, owners: Sequence[str]) -> str:
-        return f"packs {' and '.join(owners)} have {self._kind}/{name}{SUFFIX}; only one may have this name"
+        return f"packs {' and '.join(owners)} have {self._kind}/{name}{SUFFIX}; only one pack may contain this name"
 
 
 def files_of(kind: str, **general: Path) -> PackFiles:

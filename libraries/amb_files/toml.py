@@ -71,7 +71,7 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
     if len(text) > LARGEST_TOML:
         sizes = f"{len(text) / 2**20:.1f} MB; it must have <= {LARGEST_TOML >> 20} MB"
         raise ValueError(f"{name} cannot be read: it has {sizes}")
-    too_deep = ValueError(f"{name} is not allowed: its tables and lists are nested more than {DEEPEST} deep")
+    too_deep = ValueError(f"{name} is not allowed: its tables and lists are nested more than {DEEPEST} levels deep")
     if sum(part.count(".") ** 2 for part in NO_KEY.split(text)) > MOST_DOTS:
         raise too_deep
     try:
@@ -93,7 +93,7 @@ def _separators(text: str, error: str) -> str:
     """Return a hint if the line with an error contains a number with a decimal comma, or with groups of digits."""
     at, lines = LINE.search(error), text.splitlines()
     number = SEPARATED.search(lines[int(at[1]) - 1]) if at is not None and int(at[1]) <= len(lines) else None
-    return "" if number is None else f"; {number[1]} has a comma: a number has a decimal point, and no other separators"
+    return "" if number is None else f"; {number[1]} has a comma: numbers take a decimal point and no other separators"
 
 
 def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
@@ -129,7 +129,7 @@ def read_text(source: Path | Traversable, name: str, largest: int = LARGEST) -> 
             f"{name} cannot be read: it is not {what} text (byte {error.start}); save it as UTF-8"
         ) from error
     if "\0" in text:
-        raise ValueError(f"{name} cannot be read: it has zero bytes, as UTF-16 and UTF-32 have; save it as UTF-8")
+        raise ValueError(f"{name} cannot be read: it contains zero bytes, like UTF-16 and UTF-32; save it as UTF-8")
     return text
 
 

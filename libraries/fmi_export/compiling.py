@@ -43,7 +43,7 @@ def _notice(path: Path, what: str) -> Iterator[None]:
     try:
         lock.acquire(timeout=SILENT_WAIT)
     except Timeout:
-        log.warning("waiting for another process that makes %s", what)
+        log.warning("waiting for another process to make %s", what)
         lock.acquire()
     try:
         yield

@@ -101,7 +101,7 @@ class Interface:
         for v in self.of("output"):
             missing = [name for name in _declared_dependencies(v) or () if self._lacks(name)]
             if missing:
-                raise ValueError(f"{v.name} initially depends on {', '.join(missing)}, of parts that no interface has")
+                raise ValueError(f"{v.name} initially depends on {', '.join(missing)} of parts that do not exist")
         return self
 
     @cached_property

@@ -43,7 +43,7 @@ def record_of(places: Iterable[str]) -> np.dtype[np.record]:
     dtype = _dtype(paths)
     for position, path in enumerate(paths):
         if _offset(dtype, path) != 8 * position:
-            raise ValueError(f"{_text(path)} does not lie beside the numbers that it belongs to")
+            raise ValueError(f"{_text(path)} must be next to the numbers that it belongs to")
     if dtype.itemsize != 8 * len(paths):
         raise ValueError(f"{len(paths)} numbers do not fill their record; one has no place of its own")
     return dtype
@@ -52,7 +52,7 @@ def record_of(places: Iterable[str]) -> np.dtype[np.record]:
 def _parse(place: str) -> Path:
     steps = [_STEP.fullmatch(step) for step in place.split(".")]
     if not all(steps):
-        raise ValueError(f"{place!r} is no place in a record; write name, name.name or name[0,1].name")
+        raise ValueError(f"{place!r} is not a place in a record; write name, name.name or name[0,1].name")
     return tuple((s[1], tuple(int(i) for i in s[2].split(",")) if s[2] else None) for s in steps if s)
 
 

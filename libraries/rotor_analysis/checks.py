@@ -23,7 +23,7 @@ def as_tuple(value: object) -> object:
 
 def _identifier(name: str) -> str:
     if not IDENTIFIER.fullmatch(name):
-        raise ValueError("it must be letters, digits and underscores, not beginning with a digit")
+        raise ValueError("it must consist of letters, digits and underscores, and not begin with a digit")
     return name
 
 
@@ -36,7 +36,7 @@ def _variable(name: str) -> str:
 def _moderate(value: float) -> float:
     """Refuse values that overflow in the model's products and powers."""
     if value != 0.0 and not 1e-20 <= abs(value) <= 1e20:
-        raise ValueError("it must be from 1e-20 to 1e20 in size")
+        raise ValueError("it must be from 1e-20 to 1e20 in magnitude")
     return value
 
 

@@ -41,7 +41,7 @@ class Damping:
     """
     loss_factor: Ratio = 0.0
     """eta = energy loss per cycle / (2 pi maximum strain energy) of hysteretic material damping. Runs and models of the
-    control loop replace it by viscous damping with equal loss in the elastic modes of the free rotor at rest.
+    control loop replace it by viscous damping with the same loss in the elastic modes of the free rotor at rest.
     """
     rotating: Share = 1.0
     """Share of all damping except `mass` that rotates with the shaft."""

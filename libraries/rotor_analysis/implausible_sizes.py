@@ -47,12 +47,12 @@ def implausible_sizes(rotor: Rotor) -> tuple[str, ...]:
     soft = _below("largest youngs_modulus", stiffest, SOFTEST, "Pa")
     light = _below("largest density", densest, LIGHTEST, "kg/m3") if densest >= MASSLESS else ""
     kinds = (
-        (lengths, "lengths are in m; are those of its file in mm?"),
-        (masses, "masses are in kg, and follow from lengths in m; are those of its file in g or mm?"),
-        (inertias, "inertias are in kg m2 and radii in m; are those of its file in kg mm2 or mm?"),
-        ([small], "lengths are in m; were those of its file converted to m twice?"),
-        ([soft], "moduli are in Pa; are those of its file in GPa or N/mm2?"),
-        ([light], "densities are in kg/m3; are those of its file in g/cm3?"),
+        (lengths, "lengths are in m; are the lengths in its file in mm?"),
+        (masses, "masses are in kg, and follow from lengths in m; is its file in g or mm?"),
+        (inertias, "inertias are in kg m2 and radii in m; is its file in kg mm2 or mm?"),
+        ([small], "lengths are in m; were the lengths in its file converted to m twice?"),
+        ([soft], "moduli are in Pa; are the moduli in its file in GPa or N/mm2?"),
+        ([light], "densities are in kg/m3; are the densities in its file in g/cm3?"),
     )
     found = ((", ".join(filter(None, parts)), cause) for parts, cause in kinds)
     return tuple(f"rotor {rotor.name} has implausible sizes: {parts}; {cause}" for parts, cause in found if parts)

@@ -50,7 +50,7 @@ def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: flo
         if np.max(error) <= accuracy:
             return reduction
         if not others:
-            what = f"with all planes the error is {np.max(error):.1e}; increase it, or use free_modes"
+            what = f"with all planes, the error is {np.max(error):.1e}; allow this error, or use free_modes"
             raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached: {what}")
         shape = shapes[:, np.argmax(error)]
         x = reduction.right[::2, ::2]

@@ -69,7 +69,7 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
         if np.array_equal(finer, counts[divided]):
             break
         counts[divided] = finer
-    raise ValueError(f"mesh.accuracy = {accuracy:g} is not reached with {MOST_NODES} nodes; increase it")
+    raise ValueError(f"mesh.accuracy = {accuracy:g} is not reached with {MOST_NODES} nodes; increase mesh.accuracy")
 
 
 def _change_by_halving(rotor: Rotor, modes: int) -> Array:

@@ -129,7 +129,7 @@ def space_for_band(rotor: FreeRotor, highest: float, nodes: tuple[int, ...], acc
                 best = size
                 break
     if not smallest:
-        raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached: the least error is {least:.1e}")
+        raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached: the smallest error is {least:.1e}")
     return min(smallest, key=lambda space: float(np.max(space.frequencies)))
 
 

@@ -38,7 +38,7 @@ def _is_finite(value: object) -> bool:
 
 def _as_moderate(tensor: Tensor) -> Tensor:
     if max(abs(number) for row in tensor for number in row) > 1e20:
-        raise ValueError("it must be at most 1e20 in size")
+        raise ValueError("it must be at most 1e20 in magnitude")
     return tensor
 
 
@@ -86,9 +86,9 @@ class Body(_Placed):
     """A rigid body on the shaft. A plane that only carries unbalance has mass 0."""
 
     name: Name
-    """Name, the first part of its variables in the plant."""
+    """Name; its variables in the plant begin with it."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is set."""
+    """Node number, counted from 1; omit it if `z` is set."""
     mass: Mass
     """Mass."""
     diametral_inertia: Inertia
@@ -96,13 +96,13 @@ class Body(_Placed):
     polar_inertia: Inertia
     """Moment of inertia about the axis."""
     unbalance: StrictBool = False
-    """Whether it is a plane of unbalance and external force of the plant, with the inputs NAME.u, NAME.phi, NAME.f_x
-    and NAME.f_y."""
+    """Whether the plant has unbalance and external force here, with the inputs NAME.u, NAME.phi, NAME.f_x and
+    NAME.f_y."""
     z: Position | None = None
-    """Position along the shaft, instead of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft gets a node there."""
     offset: Offset = 0.0
     """Distance of the centre of mass from the position of the part, positive along +z. The body is rigid and tilts with
-    the shaft there; its inertias are about the centre of mass, at which unbalance and external force act."""
+    the shaft there; its inertias are about the centre of mass, where unbalance and external force act."""
 
 
 @table
@@ -110,9 +110,9 @@ class Disc(_Placed):
     """A homogeneous rigid disc or core on the shaft."""
 
     name: Name
-    """Name, the first part of its variables in the plant."""
+    """Name; its variables in the plant begin with it."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is set."""
+    """Node number, counted from 1; omit it if `z` is set."""
     mass: Mass
     """Mass."""
     radius: Size
@@ -120,13 +120,13 @@ class Disc(_Placed):
     width: Size
     """Length along the shaft."""
     unbalance: StrictBool = False
-    """Whether it is a plane of unbalance and external force of the plant, with the inputs NAME.u, NAME.phi, NAME.f_x
-    and NAME.f_y."""
+    """Whether the plant has unbalance and external force here, with the inputs NAME.u, NAME.phi, NAME.f_x and
+    NAME.f_y."""
     z: Position | None = None
-    """Position along the shaft, instead of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft gets a node there."""
     offset: Offset = 0.0
     """Distance of the centre of mass from the position of the part, positive along +z. The disc is rigid and tilts with
-    the shaft there; its inertias are about the centre of mass, at which unbalance and external force act."""
+    the shaft there; its inertias are about the centre of mass, where unbalance and external force act."""
 
     @property
     def diametral_inertia(self) -> float:
@@ -187,21 +187,21 @@ class Bearing(_Placed):
     """
 
     name: Name
-    """Name, the first part of its variables in the plant."""
+    """Name; its variables in the plant begin with it."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is set."""
+    """Node number, counted from 1; omit it if `z` is set."""
     stiffness: Annotated[TensorOrNumber, Unit("N/m")] = NO_TENSOR
     """2 x 2 stiffness [[xx, xy], [yx, yy]] or a number (N/m)."""
     damping: Annotated[TensorOrNumber, Unit("N s/m")] = NO_TENSOR
     """2 x 2 damping or a number (N s/m)."""
     z: Position | None = None
-    """Position along the shaft, instead of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft gets a node there."""
     at_speed: tuple[AtSpeed, ...] = ()
-    """Coefficients over the spin speed, instead of those above: ascending, monotone in between, constant outside."""
+    """Coefficients at ascending spin speeds, instead of those above; interpolated monotonically, constant outside."""
     mass: Annotated[TensorOrNumber, Unit("kg")] = NO_TENSOR
     """2 x 2 mass that moves with the shaft (of a fluid), or a number (kg)."""
     whirl_frequency: Annotated[StrictFloat, Ge(0.0), Moderate, Unit("rad/s")] | None = None
-    """Whirl frequency at which coefficients that depend on it were taken; results then say so."""
+    """Whirl frequency at which frequency-dependent coefficients were taken; results state it."""
     tilt_stiffness: Annotated[TensorOrNumber, Unit("N m/rad")] = NO_TENSOR
     """2 x 2 stiffness against tilt [[xx, xy], [yx, yy]] or a number (N m/rad). A negative number tilts the shaft
     further."""
@@ -261,19 +261,19 @@ class Site(_Placed):
     """A contact site."""
 
     name: Name
-    """Name, the first part of its variables in the plant."""
+    """Name; its variables in the plant begin with it."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is set."""
+    """Node number, counted from 1; omit it if `z` is set."""
     clearance: Length = DEFAULT_CLEARANCE
     """Radial clearance."""
     journal_radius: Size | None = None
     """Radius of the rotor at the contact; by default that of the shaft."""
     bearing: Name | None = None
-    """Bearing whose retainer it is."""
+    """Bearing to which this retainer belongs."""
     stator: Name | None = None
-    """Bearing whose stator bore it is, where the rotor touches the iron of the magnets."""
+    """Bearing with this stator bore, where the rotor touches the iron of the magnets."""
     z: Position | None = None
-    """Position along the shaft, instead of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft gets a node there."""
 
 
 @table
@@ -281,15 +281,15 @@ class Sensor(_Placed):
     """A plane of displacement sensors."""
 
     name: Name
-    """Name, the first part of its variables in the plant."""
+    """Name; its variables in the plant begin with it."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is set."""
+    """Node number, counted from 1; omit it if `z` is set."""
     x: Variable = ""
     """Name of the plant's variable along x; NAME.x by default."""
     y: Variable = ""
-    """The same along y; NAME.y by default."""
+    """Name of the plant's variable along y; NAME.y by default."""
     z: Position | None = None
-    """Position along the shaft, instead of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft gets a node there."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -304,7 +304,7 @@ class ThrustDisc:
     z: Position
     """Position along the shaft."""
     name: Name = "thrust"
-    """Name, the first part of its variables in the plant."""
+    """Name; its variables in the plant begin with it."""
 
 
 @table
@@ -312,19 +312,19 @@ class Face(_Placed):
     """A face that stops the rotor along its shaft, such as a shoulder against the ring of a retainer bearing."""
 
     name: Name
-    """Name, the first part of its variables in the plant."""
+    """Name; its variables in the plant begin with it."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is set."""
+    """Node number, counted from 1; omit it if `z` is set."""
     stops: Literal["-z", "+z"]
-    """Motion that it stops: towards smaller or larger z."""
+    """Direction of motion that the face stops: towards smaller or larger z."""
     clearance: Length
     """Distance along the shaft to its seat, with the rotor in the middle."""
     radius: Size
     """Mean radius of the ring on which it lands."""
     retainer: Name | None = None
-    """Contact site on whose retainer it lands: the face then turns that race, moves that housing and heats them."""
+    """Contact site of the retainer on which it lands; the face turns its race, moves its housing and heats both."""
     z: Position | None = None
-    """Position along the shaft, instead of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft gets a node there."""
 
 
 Part = Body | Disc | Bearing | Site | Sensor | Face

@@ -107,7 +107,7 @@ def synchronous_motion(
             motion = to_nodes @ np.linalg.solve(stiffness(Omega), Omega**2 * loads)
         except np.linalg.LinAlgError as error:
             raise ValueError(
-                f"Omega = {Omega} rad/s is a critical speed of an undamped rotor: no steady state"
+                f"Omega = {Omega} rad/s is a critical speed of an undamped rotor: there is no steady state"
             ) from error
         result[k] = motion.T.reshape(len(cases), -1, 2)
     return result

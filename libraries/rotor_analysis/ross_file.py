@@ -78,19 +78,25 @@ def read_ross(path: Path, frequency: float | None = None) -> ImportedRotor:
 def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
     first = saved.elements[0]
     if first.shear_effects and first.shear_method_calc == "hutchinson":
-        yield "The shear coefficient is Hutchinson's; that of ROSS lacks a factor 1 + nu."
+        yield "The shear coefficient is Hutchinson's; the one in ROSS lacks a factor 1 + nu."
     for bearing in (*saved.bearings, *saved.seals):
         if any((*bearing.kzz, *bearing.czz, *bearing.mzz)):
             yield f"{bearing.tag}: its axial coefficients are omitted."
         if bearing.frequency:
             omega, is_magnet = _frozen_at(bearing, frequency), magnet_of(bearing) is not None
             value = f"{omega:.6g} rad/s ({omega / math.tau:.4g} Hz)"
-            yield f"{bearing.tag}: its coefficients are those at the whirl frequency {value}; other modes differ."
+            yield (
+                f"{bearing.tag}: its coefficients are those at the whirl frequency {value}; modes at other "
+                f"frequencies are less accurate."
+            )
             if is_magnet:
-                yield "Coefficients of magnets are for analyses without controller; poles and runs use the scenario's."
+                yield (
+                    "Coefficients of magnets serve only analyses without a controller; poles and runs use the "
+                    "scenario's magnets."
+                )
                 yield from _non_collocated(bearing)
         if len(bearing.speed or ()) > 3 and bearing.interpolation == "spline":
-            yield "Coefficients over speed are those of ROSS's spline, which smooths the saved ones."
+            yield "Coefficients over speed follow ROSS's spline, which smooths the saved values."
         yield from beyond_saved(bearing)
         others = sorted(set(bearing.model_extra or {}) - DRAWING)
         if others and magnet_of(bearing) is None:
@@ -103,7 +109,7 @@ def _non_collocated(bearing: SavedBearing) -> Iterator[str]:
     if magnet is not None and magnet.sensor_node != bearing.n:
         yield (
             f"{bearing.tag}: its sensors are at node {magnet.sensor_node + 1}, the magnet at node {bearing.n + 1}; "
-            "ROSS feeds back the motion at the magnet, so that its modes differ from the poles of the scenario."
+            "ROSS feeds back the motion at the magnet, so its modes differ from the poles of the scenario."
         )
 
 

@@ -50,20 +50,22 @@ class ReductionOptions:
     otherwise `free_modes`.
     """
     masters: tuple[Node, ...] = ()
-    """With `msdc`, nodes whose translations are retained, including bearings and sites."""
+    """With `msdc`, the nodes at which translations are retained, including bearings and sites."""
     modes: Annotated[StrictInt, Ge(0)] | None = None
     """With `free_modes`, the number of elastic modes of the free rotor."""
     band: Annotated[StrictFloat, Gt(0.0), Moderate, Unit("Hz")] | None = None
     """With `free_modes`, the frequency up to which the receptance between bearings and sites is accurate; by default
     2 kHz, up to which ISO 14839-3 judges the sensitivity of magnetic bearings."""
     speed: Annotated[StrictFloat, BeforeValidator(speed_in_si), Ge(0.0), Moderate] = 0.0
-    """With `free_modes`, the highest spin speed, in a file a text with its unit, such as `"9900 rpm"`. There the
-    frequencies of whirl, forward and backward, are accurate in the modes whose backward whirl is within `band`, or
-    in the first `modes`. By default only the rotor at rest counts, and the spinning reduced rotor may whirl too
-    fast (`rotor show`)."""
+    """With `free_modes`, the highest spin speed; in a file, a text with its unit, such as `"9900 rpm"`. At this speed,
+    the forward and backward whirl frequencies are accurate for modes with backward whirl within `band`, or for the
+    first `modes`. By default only the rotor at rest is considered, so the reduced rotor may whirl too fast when it
+    spins (`rotor show`).
+    """
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
-    """Allowed relative error of that receptance at rest and of these frequencies of whirl, or with `msdc` of the first
-    natural frequencies."""
+    """Allowed relative error of the receptance at rest and of the whirl frequencies; with `msdc`, of the first natural
+    frequencies.
+    """
 
     def __post_init__(self) -> None:
         if self.method is None:
@@ -115,7 +117,7 @@ class Rotor:
     """
 
     name: StrictStr
-    """Name, in figures and reports."""
+    """Name in figures and reports."""
     shaft: ShaftOrSections
     """Nodes or sections, material and theory."""
     bodies: tuple[BodyOrDisc, ...] = ()
@@ -152,7 +154,7 @@ class Rotor:
         require(len(set(masters)) == len(masters), "reduction.masters", masters, "a list without repetition")
         retained: tuple[Part, ...] = (*self.bearings, *self.sites)
         missing = [part.name for part in retained if part.node not in self.masters]
-        allowed = f"a list with the nodes of bearings and sites: {', '.join(missing)}"
+        allowed = f"a list that contains the nodes of bearings and sites: {', '.join(missing)}"
         require(not masters or not missing, "reduction.masters", masters, allowed)
         require(len(masters) != 1, "reduction.masters", masters, "two nodes or more")
         require(bool(self.bodies) or self.mass > 0.0, "mass of shaft and bodies", "0 kg", "> 0 kg")
@@ -216,7 +218,9 @@ class Rotor:
             position = self.shaft.nodes[node - 1] if z is None else z
             result = shaft.node_at(position)
             if result is None:
-                raise ValueError(f"nodes = {list(shaft.nodes)} m is not allowed; it must be a list with {position:g} m")
+                raise ValueError(
+                    f"nodes = {list(shaft.nodes)} m is not allowed; it must be a list that contains {position:g} m"
+                )
             return result
 
         parts = {

@@ -57,7 +57,7 @@ class ShaftSection:
     inner_diameter_end: Size | None = None
     """Inner diameter there."""
     material: Name | None = None
-    """Name of one of the `materials`; that of the shaft by default."""
+    """Name of one of the `materials`; by default the shaft's material."""
 
     def __post_init__(self) -> None:
         _complete_diameters(self)
@@ -68,7 +68,7 @@ class Sleeve:
     """A ring that bends with the shaft, conical or not."""
 
     begin: Position
-    """Where it begins, z."""
+    """Position z at which it begins."""
     end: Position
     """Where it ends."""
     diameter: Length
@@ -80,7 +80,7 @@ class Sleeve:
     inner_diameter_end: Size | None = None
     """Inner diameter there."""
     material: Name | None = None
-    """Name of one of the `materials`; that of the shaft by default."""
+    """Name of one of the `materials`; by default the shaft's material."""
 
     def __post_init__(self) -> None:
         require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, where it begins")

@@ -32,21 +32,21 @@ class Shaft:
     nodes: tuple[Position, ...]
     """Positions z of the nodes, ascending."""
     diameter: Diameters
-    """For each element, or for all."""
+    """One value for each element, or one for all."""
     youngs_modulus: YoungsModulus | None = None
-    """E of elements without a named material."""
+    """Modulus E of elements without a named material."""
     density: Density | None = None
-    """rho of these."""
+    """Density rho of these."""
     poissons_ratio: PoissonsRatio | None = None
-    """nu of these."""
+    """Poisson's ratio nu of these."""
     inner_diameter: InnerDiameters = (0.0,)
-    """For each element, or for all."""
+    """One value for each element, or one for all."""
     theory: Theory = "timoshenko"
     """`timoshenko`, or `rayleigh` without shear deformation."""
     diameter_end: Diameters = ()
-    """Diameters at the other end of elements that are cones."""
+    """Diameters at the other end of conical elements."""
     inner_diameter_end: InnerDiameters = ()
-    """Inner diameters there."""
+    """Inner diameters at that end."""
     material: MaterialNames = ()
     """Names of `materials`, one for each element or one for all."""
     shear: Shear = "cowper"
@@ -61,7 +61,7 @@ class Shaft:
         require(len(self.nodes) >= 2 and ascending, "nodes", f"{list(self.nodes)} m", "ascending, two or more")
         shortest = SHORTEST * (self.nodes[-1] - self.nodes[0])
         for a, b in pairwise(self.nodes):
-            apart = f"{shortest:.2g} m apart or more, with the ends of sections and the positions of parts"
+            apart = f"{shortest:.2g} m apart or more, including the ends of sections and the positions of parts"
             require(b - a >= shortest, "nodes", f"{a!r} m, {b!r} m", apart)
         if len(self.material) == 1:
             object.__setattr__(self, "sleeves", _of_material(self.sleeves, self.material[0]))
@@ -109,7 +109,7 @@ class Shaft:
         for sleeve in self.sleeves:
             for place in (sleeve.begin, sleeve.end):
                 has_node = any(abs(place - z) <= SAME_PLACE for z in nodes)
-                require(has_node, "nodes", f"{list(nodes)} m", f"a list with {place:g} m, the end of a sleeve")
+                require(has_node, "nodes", f"{list(nodes)} m", f"a list that contains {place:g} m, the end of a sleeve")
         elements = list(zip(pairwise(self.nodes), self._pieces(), strict=True))
         pieces = [_piece(elements, a, b) for a, b in pairwise(nodes)]
         per_element: dict[str, Any] = {name: tuple(getattr(piece, name) for piece in pieces) for name in PER_ELEMENT}
@@ -148,11 +148,11 @@ class SectionedShaft:
     sections: Annotated[tuple[ShaftSection, ...], MinLen(1)]
     """The sections, in sequence."""
     youngs_modulus: YoungsModulus | None = None
-    """E of sections without a named material."""
+    """Modulus E of sections without a named material."""
     density: Density | None = None
-    """rho of these."""
+    """Density rho of these."""
     poissons_ratio: PoissonsRatio | None = None
-    """nu of these."""
+    """Poisson's ratio nu of these."""
     theory: Theory = "timoshenko"
     """`timoshenko`, or `rayleigh` without shear deformation."""
     material: Name | None = None
@@ -195,7 +195,7 @@ def _check_material(shaft: Shaft | SectionedShaft, named: Iterable[str | None]) 
         if needed and missing:
             raise ValueError(f"{name} is missing")
         if not needed and not missing:
-            raise ValueError(f"{name} is set, but every element names its material")
+            raise ValueError(f"{name} is set, but every element has a named material")
 
 
 def _kind_of_shaft(value: object) -> str:

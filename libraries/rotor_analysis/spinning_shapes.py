@@ -99,5 +99,5 @@ def with_spinning_shapes(
         if error <= accuracy:
             return result
         least = min(error, least)
-    what = f"of whirl at reduction.speed = {speed:g} rad/s; the least error is {least:.1e}"
+    what = f"of whirl at reduction.speed = {speed:g} rad/s; the smallest error is {least:.1e}"
     raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached by the frequencies {what}")

@@ -67,5 +67,5 @@ def sensor_faults(name: str, where: str) -> list[Variable]:
 
 def sensor_scale(name: str, where: str) -> list[Variable]:
     """Declare the scale of the sensor of a signal."""
-    description = f"Sensitivity of the sensor over the nominal one, {where}"
+    description = f"Sensitivity of the sensor relative to the nominal value, {where}"
     return [parameter(f"{name}.scale", "1", description, 1.0, minimum=0.0, maximum=1e3, field=".")]

@@ -84,7 +84,7 @@ class ThrustDisc:
         allowed = f"> bias_current = {self.bias_current:g} A"
         require(self.bias_current < limit < math.inf, "current_limit", f"{limit:g} A", allowed)
         density = mu_0 * self.turns * self.bias_current / (2.0 * self.gap)
-        allowed = f"less: it makes {density:.3g} T in the gap, and the iron saturates at {self.saturation:g} T"
+        allowed = f"less: it causes {density:.3g} T in the gap, and the iron saturates at {self.saturation:g} T"
         require(density < self.saturation, "bias_current", f"{self.bias_current:g} A", allowed)
 
     @property

@@ -211,7 +211,7 @@ def test_a_name_of_amb_cosim_means_its_own_file(two_packs, installed, packages):
     assert (
         packaged_systems().clashes() == []
         if len(packages) < 2
-        else ["packs a and b have systems/mine.toml; only one may have this name"]
+        else ["packs a and b have systems/mine.toml; only one pack may contain this name"]
     )
     assert load_criteria() == load_criteria(["api_617", "iso_14839", "physics"])
 

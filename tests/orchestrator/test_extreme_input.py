@@ -12,9 +12,9 @@ CHANGES = {
     "digits of a cycle": ("end_cycle = " + "1" * 400, "end_cycle = 1111111111"),
     "thousands of digits": (f"Omega = {'1' * 5000}", "scenario mine.toml is not valid TOML: Exceeds the limit"),
     "every": (f"record.every = {'1' * 400}", "record.every = 1111111111"),
-    "more lists": (f"a = {'[' * 100_000}{']' * 100_000}", "its tables and lists are nested more than 100 deep"),
-    "tables": (f"[{'.'.join(['a'] * 900)}]\nb = 1", "its tables and lists are nested more than 100 deep"),
-    "dotted key": (f"{'.'.join(['a'] * 100_000)} = 1", "its tables and lists are nested more than 100 deep"),
+    "more lists": (f"a = {'[' * 100_000}{']' * 100_000}", "its tables and lists are nested more than 100 levels deep"),
+    "tables": (f"[{'.'.join(['a'] * 900)}]\nb = 1", "its tables and lists are nested more than 100 levels deep"),
+    "dotted key": (f"{'.'.join(['a'] * 100_000)} = 1", "its tables and lists are nested more than 100 levels deep"),
 }
 
 

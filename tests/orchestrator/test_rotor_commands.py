@@ -35,7 +35,7 @@ def test_imported_rotor_is_a_rotor_file(rotor, tmp_path):
     done = rotor("import", ROSS / "compressor.toml")
     assert done.exit_code == 0, done.output
     assert done.stdout == "compressor_rotor.toml\n"
-    assert done.stderr.startswith("note: Coefficients over speed are those of ROSS's spline")
+    assert done.stderr.startswith("note: Coefficients over speed follow ROSS's spline")
     text = (tmp_path / "compressor_rotor.toml").read_text(encoding="utf-8")
     assert text.startswith("# Imported from compressor.toml, which ROSS saved. SI units.\n# Coefficients over speed")
     result = load_rotor(tmp_path / "compressor_rotor.toml")

@@ -10,7 +10,12 @@ def axis_inputs(bearing: str, axis: str) -> list[Variable]:
     at = f"{bearing.upper()}, {axis} axis"
     return [
         input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),
-        input_(f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"),
+        input_(
+            f"{bearing}.k_{axis}{axis}",
+            "N/m",
+            f"Gradient of that force with respect to displacement, {at}",
+            field="gradient",
+        ),
         input_(
             f"{bearing}.{axis}_ref",
             "m",
@@ -27,8 +32,8 @@ def axial_parameters(thrust: str) -> list[Variable]:
         parameter(
             f"{thrust}.tilt",
             "rad",
-            "Angle of the shaft above the horizontal, with the end of larger z up; gravity acts along the shaft with "
-            "its sine, across it with its cosine",
+            "Angle of the shaft above the horizontal, positive with the end of larger z up; gravity acts along the "
+            "shaft with its sine and across it with its cosine",
             0.0,
         )
     ]
@@ -38,7 +43,7 @@ def axial_inputs(thrust: str) -> list[Variable]:
     """Return the forces along the shaft: the force of the thrust magnet, and any other force."""
     return [
         *axis_inputs(thrust, "z"),
-        input_(f"{thrust}.f_process", "N", "Other force on the rotor along the shaft, such as that of the process"),
+        input_(f"{thrust}.f_process", "N", "Other force on the rotor along the shaft, such as the process force"),
         input_("base.a_z", "m/s2", "Acceleration of the base along the shaft", field="base_acceleration"),
     ]
 

@@ -146,7 +146,7 @@ def ulbrich(site: np.record, delta: float, rate: float) -> Response:
 
 @views
 def switched_kelvin_voigt(site: np.record, delta: float, rate: float) -> Response:
-    """Return the response of spring and damper without pull (4.13).
+    """Return the response of spring and damper that never pull (4.13).
 
     The integral of the force has no simple form; the energy of the spring is used, and the difference counts as
     reversible heat.
@@ -171,7 +171,7 @@ COMPLIANT: tuple[tuple[Law, str], ...] = (  # formulas, whose names the laws hav
     (kirk, "spring and damper that engage with the penetration"),
     (hunt_crossley, "Hertz with damping"),
     (ulbrich, "Hertz with loss"),
-    (switched_kelvin_voigt, "spring and damper without pull"),
+    (switched_kelvin_voigt, "spring and damper that never pull"),
 )
 CONTACT_LAW = Enumeration(
     "ContactLaw", (("constraint", "rigid"), *((formula.__name__, description) for formula, description in COMPLIANT))
@@ -210,7 +210,8 @@ def law_parameters(site: str) -> list[Variable]:
         parameter(
             f"{site}.k_c",
             "N/m",
-            f"Contact stiffness {at} in all laws but the constraint; at delta_c, if it grows with the penetration",
+            f"Contact stiffness {at} in all laws except the constraint; its value at delta_c if it grows with the "
+            f"penetration",
             1e8,
             minimum=1.0,
             maximum=1e12,

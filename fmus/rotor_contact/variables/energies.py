@@ -38,26 +38,26 @@ def energies(planes: Planes) -> list[Variable]:
         output(
             "energy.damping",
             "J",
-            "Heat of damping so far: passive bearings, seals, shaft, mounts, drag of a free spin",
+            "Heat so far from damping: passive bearings, seals, shaft, mounts, drag of a free spin",
             initially_depends_on=(),
         ),
         output(
             "energy.friction",
             "J",
-            "Heat of sliding friction, at sites and faces, and of race drag so far",
+            "Heat so far from sliding friction at sites and faces, and from race drag",
             initially_depends_on=(),
         ),
         output(
             "energy.impact",
             "J",
             "Energy lost in impacts so far, including their friction, in compliant contacts and in the dampers of "
-            "faces; heat, except under the nodal impact rule, where it may fall",
+            "faces; heat, except under the nodal impact rule, where it may decrease",
             initially_depends_on=(),
         ),
         output(
             "energy.dissipated",
             "J",
-            "Sum of the three; with the nodal impact rule not all of it is heat",
+            "Sum of the three losses; with the nodal impact rule, not all of it is heat",
             initially_depends_on=(),
         ),
         output(
@@ -69,7 +69,7 @@ def energies(planes: Planes) -> list[Variable]:
         output(
             "energy.balance",
             "J",
-            "Gain of kinetic + strain + dissipated minus work; ideally zero",
+            "Change of kinetic + strain + dissipated minus work; ideally zero",
             initially_depends_on=(),
         ),
     ]

@@ -7,7 +7,7 @@ from fmi_export.variables import Enumeration
 IMPACT_LAW = Enumeration(
     "ImpactLaw",
     (
-        ("nodal", "the radial velocity of the touching node alone becomes zero (4.22, 4.23)"),
+        ("nodal", "only the radial velocity of the touching node becomes zero (4.22, 4.23)"),
         ("newton", "momentum-consistent impact with restitution"),
     ),
 )
@@ -17,8 +17,8 @@ FREE, SLIDING, ROLLING = range(3)
 METHOD = Enumeration(  # how a step was computed
     "Method",
     (
-        ("exact", "the whole step by its matrices"),
-        ("pieces", "halves, quarters, ... by their matrices"),
+        ("exact", "the whole step by matrices"),
+        ("pieces", "halves, quarters, ... of the step by matrices"),
         ("events", "partly by substeps, where no piece is smooth"),
         (
             "no_matrices",

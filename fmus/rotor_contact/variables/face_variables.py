@@ -17,7 +17,7 @@ def face_parameters(of: Face) -> list[Variable]:
         parameter(
             f"{face}.clearance",
             "m",
-            f"Distance of the rotor in the middle from its seat {at}",
+            f"Distance to the seat with the rotor in the middle {at}",
             of.clearance,
             minimum=1e-6,
             maximum=0.1,
@@ -34,7 +34,7 @@ def face_parameters(of: Face) -> list[Variable]:
         parameter(
             f"{face}.restitution",
             "1",
-            f"Coefficient of restitution {at}, by which ring and seat are damped",
+            f"Coefficient of restitution {at}, which sets the damping of ring and seat",
             RESTITUTION,
             minimum=0.05,
             maximum=1.0,
@@ -68,7 +68,7 @@ def face_outputs(face: str) -> list[Variable]:
         output(
             f"{face}.gap",
             "m",
-            f"Remaining distance from the seat {at}, the mean of its ring; negative under load",
+            f"Remaining distance from the seat {at}, mean over the ring; negative under load",
             initially_depends_on=(f"{face}.clearance",),
             display_unit="um",
         ),
@@ -77,7 +77,7 @@ def face_outputs(face: str) -> list[Variable]:
         output(
             f"{face}.f_n_peak",
             "N",
-            f"Largest such force {at} during the last communication step",
+            f"Largest value of this force {at} during the last communication step",
             initially_depends_on=(),
             over_step="largest",
         ),
@@ -104,5 +104,5 @@ def face_outputs(face: str) -> list[Variable]:
             )
             for axis in "xy"
         ),
-        output(f"{face}.heat", "J", f"Heat of friction and compression {at} so far", initially_depends_on=()),
+        output(f"{face}.heat", "J", f"Heat so far from friction and compression {at}", initially_depends_on=()),
     ]

@@ -47,7 +47,8 @@ def _seal_outputs(seal: str) -> list[Variable]:
             f"Whether the speed is outside the range of {seal.upper()}'s coefficients, which are then constant",
             type="Boolean",
             initially_depends_on=("Omega",),
-            warning=f"the speed is outside the range for which {seal} has coefficients; those at the limit are used",
+            warning=f"the speed is outside the range for which {seal} has coefficients; the coefficients at the limit "
+            f"are used",
         )
     ]
 
@@ -82,8 +83,8 @@ def interface_of(planes: Planes) -> Interface:
         input_(
             "Omega",
             "rad/s",
-            "Spin speed at the beginning of a step; with spin.free the start speed, then the speed that the drive "
-            "demands",
+            "Spin speed at the beginning of a step; with spin.free, the initial speed, and then the speed demanded of "
+            "the drive",
             minimum=-1e4,
             maximum=1e4,
         ),
@@ -133,7 +134,7 @@ def interface_of(planes: Planes) -> Interface:
         output(
             "solver.method",
             "1",
-            "How the last step was computed",
+            "Method used for the last step",
             initially_depends_on=(),
             over_step="largest",
             **enumerated(METHOD),
@@ -141,7 +142,7 @@ def interface_of(planes: Planes) -> Interface:
         output(
             "drive.at_limit",
             "1",
-            "Whether the drive has a torque limit that is less than what it should deliver",
+            "Whether the drive would need more torque than its limit",
             type="Boolean",
             initially_depends_on=(),
             warning="the drive is at its limit, drive.torque_limit = {drive.torque_limit} N.m: it does not hold the "
@@ -166,7 +167,7 @@ def _contact_state(planes: Planes) -> Variable:
         for k, bearing in enumerate(planes.bearings)
     ]
     largest = 2 ** len(planes.bearings) - 1
-    description = f"Contact in the bearings: 0 none, else the sum of {', '.join(parts)}"
+    description = f"Contact in the bearings: 0 for none, otherwise the sum of {', '.join(parts)}"
     start = start_values.forces(planes) if any(site.bearing in planes.bearings for site in planes.sites) else ()
     return output(
         "contact_state", "1", description, type="Integer", minimum=0, maximum=largest, initially_depends_on=start
@@ -187,7 +188,7 @@ def _model_parameters(max_substep: float) -> list[Variable]:
         parameter(
             "solver.energy_limit",
             "1",
-            "Share of the largest energy so far by which energy.balance may be off before the step fails; a tenth of "
+            "Share of the largest energy so far by which energy.balance may deviate before the step fails; a tenth of "
             "it causes a warning",
             0.1,
             minimum=0.0,
@@ -195,7 +196,7 @@ def _model_parameters(max_substep: float) -> list[Variable]:
         parameter(
             "solver.exact_motion",
             "1",
-            "Compute steps by the exact solution of the linear motion after 32 similar steps, one at the start; "
+            "Compute steps by the exact solution of the linear motion after 32 similar steps (one at the start), and "
             "contact by collocation",
             1.0,
             type="Boolean",
@@ -211,8 +212,8 @@ def _model_parameters(max_substep: float) -> list[Variable]:
         parameter(
             "initial.orbit",
             "1",
-            "Start on the synchronous orbit in the passive bearings, moved back to the retainers where it passes "
-            "them, instead of at rest",
+            "Start on the synchronous orbit in the passive bearings instead of at rest; beyond a retainer, start at "
+            "the retainer",
             0.0,
             type="Boolean",
         ),

@@ -198,7 +198,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.passed",
             "1",
-            f"Whether the rotor is beyond the clearance {at}, which it cannot touch because enabled is false",
+            f"Whether the rotor is beyond the clearance {at}while enabled is false, so that it cannot touch",
             type="Boolean",
             initially_depends_on=journal,
             warning=f"{site.upper()} is switched off ({site}.enabled = false); the rotor would have touched it (gap "
@@ -217,10 +217,10 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.overheated",
             "1",
-            f"Whether the retainer is beyond its temperature_limit {at}",
+            f"Whether the retainer exceeds its temperature_limit {at}",
             type="Boolean",
             initially_depends_on=("ambient_temperature", f"{site}.temperature_limit"),
-            warning=f"{site}.temperature = {{{site}.temperature}} K is beyond {site}.temperature_limit = "
+            warning=f"{site}.temperature = {{{site}.temperature}} K exceeds {site}.temperature_limit = "
             f"{{{site}.temperature_limit}} K",
         ),
     ]

@@ -80,7 +80,9 @@ def python_guid(model: Model, constants: Array) -> str:
 def what_it_needs() -> str:
     """Return sentences on the requirements of an FMU built here for the importing process."""
     library, _ = _this_python()
-    effect = f"starts that of this machine, {library}" if library else "cannot run it: this Python is no shared library"
+    effect = (
+        f"starts this machine's Python, {library}" if library else "cannot run it: this Python has no shared library"
+    )
     return (
         "An FMU of flavour python runs in a process that has Python with NumPy; a process without Python "
         f"{effect}. FMUs of flavour native need no Python."

@@ -278,7 +278,7 @@ def to_unit(text: str | float, unit: str, name: str) -> float:
         value = math.inf
     is_infinity = str(text).strip("+- ").startswith("inf")
     if 0.0 < abs(value) < LEAST or (abs(value) > MOST and not is_infinity):
-        allowed = f"from {LEAST:g} to {MOST:g}{f' {unit}' if unit != '1' else ''} in size, or 0"
+        allowed = f"from {LEAST:g} to {MOST:g}{f' {unit}' if unit != '1' else ''} in magnitude, or 0"
         raise ValueError(f"{name} = {_shortened(str(text))} is not allowed; it must be {allowed}")
     return value
 
@@ -290,13 +290,13 @@ def _converted(text: str | float, unit: str, name: str) -> float:
     match = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan)\s*(.*?)\s*", text)
     if match is None:
         with_unit = f" or {name}='0.5 {unit}'" if unit != "1" else ""
-        raise ValueError(f"{name} = {text!r} is no number; write for example {name}=0.5{with_unit}")
+        raise ValueError(f"{name} = {text!r} is not a number; write for example {name}=0.5{with_unit}")
     number, text_unit = float(match[1]), match[2]
     if not text_unit or text_unit == unit:
         return number
     if forms := plain_forms(text):
         raise ValueError(
-            f"{name} = {text[:LONGEST_UNIT]!r} is not allowed: a number has a decimal point and no other separators; "
+            f"{name} = {text[:LONGEST_UNIT]!r} is not allowed: numbers take a decimal point and no other separators; "
             f"write {' or '.join(forms)}"
         )
     exact = Fraction(Decimal(match[1])) if math.isfinite(number) and number else None  # 1e999999999 has too many digits

@@ -49,7 +49,7 @@ def check_guarded(platforms: Iterable[str]) -> list[str]:
     unknown = sorted(wanted - {*SYSTEMS, "all"})
     if unknown or not wanted:
         what = f"PythonFMU has no library for {', '.join(unknown)}" if unknown else "no platform was named"
-        raise ValueError(f"{what}; FMUs of flavour python are for {', '.join(SYSTEMS)}, or all of these")
+        raise ValueError(f"{what}; FMUs of flavour python exist for {', '.join(SYSTEMS)}, or for all of these")
     return [name for name in SYSTEMS if wanted & {name, "all"}]
 
 

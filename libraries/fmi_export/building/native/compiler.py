@@ -98,7 +98,7 @@ def check_platforms(platforms: Iterable[str]) -> list[str]:
     unknown = sorted(wanted - {*TARGETS, "all"})
     if unknown or not wanted:
         what = f"no platform {', '.join(unknown)}" if unknown else "no platform was named"
-        raise ValueError(f"{what}; there are {', '.join(PLATFORMS)}, all for every one of these, and {WASM}")
+        raise ValueError(f"{what}; choose from {', '.join(PLATFORMS)}, all (every one of these) and {WASM}")
     return [name for name in TARGETS if name in wanted or (name in PLATFORMS and "all" in wanted)]
 
 

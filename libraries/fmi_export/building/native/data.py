@@ -160,7 +160,9 @@ def _sentences(model: Model, sentences: Mapping[int, str], pieces: list[bytes], 
         first = len(pieces)
         for text, name in re.findall(r"([^{]*)(?:\{([^}]+)\})?", sentence):
             if name not in position:
-                raise ValueError(f"{model.name}: a fault's sentence names {name!r}, which is no variable: {sentence!r}")
+                raise ValueError(
+                    f"{model.name}: a fault's sentence names {name!r}, which is not a variable: {sentence!r}"
+                )
             if text or name:
                 pieces.append(PIECE.pack(texts.place(text), position[name]))
         packed.append(SENTENCE.pack(number, first, len(pieces) - first))

@@ -141,7 +141,7 @@ def _name(models: Sequence[Kernels]) -> str:
 
 
 def _compile(models: Sequence[Kernels], platform: str) -> Engine:
-    purpose = f"there is no engine of {_name(models)} for {platform} yet (flavour python takes none); compiling it"
+    purpose = f"there is no engine of {_name(models)} for {platform} yet (flavour python needs none); compiling it"
     require_extra("native", purpose, "numba", "ziglang")
     check_compiler()
     library = compile_library(models[0].name, engine_sources(models), platform)

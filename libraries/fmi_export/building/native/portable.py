@@ -64,7 +64,7 @@ def build_description(model: Model, code: Iterable[str]) -> bytes:
         name="FMI3_OVERRIDE_FUNCTION_PREFIX",
         optional="true",
         value="",
-        description="For a shared library: names of functions do not begin with the model identifier",
+        description="For a shared library: do not prefix names of functions with the model identifier",
     )
     SubElement(configuration, "Library", name="m", external="true", description="C's mathematical library")
     return xml_file(root)
@@ -79,8 +79,8 @@ def _names(model: str, fmi: Literal[2, 3], functions: Iterable[str]) -> str:
     prefix = f"FMI{fmi}_FUNCTION_PREFIX"
     renamed = "".join(f"#define {name} {model}_own_{name}\n" for name in functions)
     return (
-        f"/* Names that begin with the model identifier, so that other FMUs can be in the same program. For a shared\n"
-        f"   library, whose functions have the names of FMI alone, define FMI{fmi}_OVERRIDE_FUNCTION_PREFIX. */\n\n"
+        f"/* Names that begin with the model identifier, so that one program can contain several FMUs. For a shared\n"
+        f"   library, whose functions have plain FMI names, define FMI{fmi}_OVERRIDE_FUNCTION_PREFIX. */\n\n"
         f"#ifndef AMB_NAMES_H\n#define AMB_NAMES_H\n\n"
         f"#if !defined {prefix} && !defined FMI{fmi}_OVERRIDE_FUNCTION_PREFIX\n#define {prefix} {model}_\n#endif\n\n"
         f"{renamed}\n#endif\n"
