@@ -39,7 +39,7 @@ def contact(as_json: bool, output: Path | None) -> None:
     with refusing():
         if output is not None:
             check_writable(output, is_folder=True)
-        with Console(stderr=True).status("measuring (a first run compiles the models)"):
+        with Console(stderr=True).status("measuring (the first run compiles the models)"):
             data = contact_cost.compare()
         if output is not None:
             output.mkdir(parents=True, exist_ok=True)
@@ -54,7 +54,7 @@ def live(as_json: bool, quick: bool) -> None:
     """Compare WebAssembly in node and in Chromium with native FMUs."""
     from benchmarks.live import measure
 
-    with refusing(), Console(stderr=True).status("measuring (a first run compiles the models)"):
+    with refusing(), Console(stderr=True).status("measuring (the first run compiles the models)"):
         data = measure.measure({"fig4_9": 0.1}, rounds=1) if quick else measure.measure()
     show(data, measure.as_tables, as_json)
 
@@ -79,7 +79,7 @@ def steps(scenarios: tuple[str, ...], as_json: bool, rounds: int) -> None:
     """Measure the longest step of SCENARIOS, by default of all."""
     from benchmarks import step_times
 
-    with refusing(), Console(stderr=True).status("measuring (a first run compiles the models)"):
+    with refusing(), Console(stderr=True).status("measuring (the first run compiles the models)"):
         data = step_times.measure(scenarios, rounds)
     show(data, step_times.as_tables, as_json)
 

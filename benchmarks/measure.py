@@ -49,7 +49,7 @@ QUICK = Effort(1, 0.05, 0.05, (0.1, 0.2, 0.4), (1.0, 2.0, 4.0), 1, 1)
 def measure(effort: Effort = FULL, show_status: ShowStatus = lambda _: None) -> dict[str, Any]:
     """Return ratios, real-time factors and the underlying times, for JSON; None for values that cannot be measured."""
     native, missing = native_possible(), Missing()
-    show_status("building the FMUs and finding other codes (a first run compiles the models)")
+    show_status("building the FMUs and finding other codes (the first run compiles the models)")
     parts: dict[str, list[float]] = {}
     groups = [fig4_9_candidates("python", parts)]
     if native:

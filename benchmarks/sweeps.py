@@ -64,7 +64,7 @@ def measure(effort: SweepEffort, show_status: Callable[[str], object]) -> dict[s
     `overhead_ms` is the time of a run in a batch without its steps, `runs_per_second` are medians, `two_over_one` is
     the rate of two processes over that of one in each round, `memory_mb` is memory over the number of runs done.
     """
-    show_status("measuring the overhead of a run (a first run compiles the models)")
+    show_status("measuring the overhead of a run (the first run compiles the models)")
     alone = overhead(effort.batch)
     with tempfile.TemporaryDirectory(prefix="benchmark-") as folder, ExitStack() as stack:
         one, two = (stack.enter_context(_cluster(jobs)).scheduler_address for jobs in (1, 2))

@@ -219,7 +219,7 @@ def _list(name: str, values: Sequence[Any]) -> Column:
     items = [item.strip() if isinstance(item, str) else item for item in values]
     invalid = [item for item in items if not isinstance(item, bool | int | float | str) or item == ""]
     if invalid or not items:
-        raise ValueError(f"{name} = {values} is not allowed; it must be a list of numbers or texts")
+        raise ValueError(f"{name} = {values} is not allowed; it must be a list of numbers or of texts")
     spans = [item for item in items if isinstance(item, str) and _SPAN.fullmatch(item)]
     if spans:
         raise ValueError(f"{name} = {spans[0]} is not a value; write a range as START:STOP:COUNT, such as 200:300:11")

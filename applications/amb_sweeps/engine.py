@@ -213,7 +213,7 @@ class BatchScheduler:
             workers = self._threads()
             alive = time.monotonic() if workers else alive
             if time.monotonic() > alive + START_TIME:
-                raise ClusterFailed(f"the scheduler has had no worker or has not answered for {START_TIME} s")
+                raise ClusterFailed(f"the scheduler had no worker or did not answer for {START_TIME} s")
             while len(self._running) < workers and (self._waiting or self._suspects):
                 self._submit()
             if time.monotonic() > self._written + WRITE_TIME:
@@ -292,7 +292,7 @@ class BatchScheduler:
         if len(points) > 1:
             self._suspects.extend(points)
             return []
-        return [PointResult(points[0], "crashed", "the process that ran it ended, twice")]
+        return [PointResult(points[0], "crashed", "the process that ran it ended twice")]
 
     def _report_progress(self) -> None:
         self._report(self._done, self._total, self._link)

@@ -118,7 +118,7 @@ class Robustness(WarnedResult, DrawnResult):
         flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
         verdict = {
             "fragile": f"fragile: {flips}",
-            "undecided": f"undecided, so let the scenario end later: {', '.join(self.undecided)}",
+            "undecided": f"undecided; extend the scenario: {', '.join(self.undecided)}",
             "robust": f"robust: every run is {self.outcome}",
         }[self.verdict]
         return [

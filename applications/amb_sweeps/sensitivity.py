@@ -34,7 +34,7 @@ def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "peak_con
     values = np.asarray(results[metric].values, np.float64)
     missing = int(np.isnan(values).sum())
     if missing:
-        raise ValueError(f"{missing} of {values.size} runs have no {metric}; the indices need all runs")
+        raise ValueError(f"{missing} of {values.size} runs have no {metric}; the indices require all runs")
     names = [column.name for axis in design.axes if axis.name == SAMPLE for column in axis.columns]
     indices = sobol.analyze(unit_problem(len(names)), values, calc_second_order=False, seed=design.seed or 0)
     if math.isclose(float(np.ptp(values)), 0.0, abs_tol=1e-300):

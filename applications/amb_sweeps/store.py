@@ -233,6 +233,6 @@ def check_same(request: Mapping[str, Any], stored: Mapping[str, Any], folder: Pa
     """
     differences = list_differences({**stored, "guids": None}, {**request, "guids": None})
     if not differences and (fmu_differences := list_differences(stored, request)):
-        differences = f"{fmu_differences}\n  (the code of these FMUs or a file that they are made from differs)"
+        differences = f"{fmu_differences}\n  (the code of these FMUs, or a file from which they are made, differs)"
     if differences:
         raise ValueError(f"the sweep in {folder} was made for another request; choose another folder\n{differences}")

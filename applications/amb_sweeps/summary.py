@@ -83,7 +83,7 @@ def _boundary_lines(folder: Path, design: SamplePlan, boundary: str) -> list[str
     equivalent_grid = math.prod(math.ceil(1.0 / tolerance) + 1 if a.name in bisected else len(a) for a in design.axes)
     return [
         f"boundary of {boundary}: {points.sizes['point']} points, to within {100.0 * tolerance:.3g} % of an axis; "
-        f"{runs} additional runs, {design.size + runs} in total; a grid this fine takes {equivalent_grid}"
+        f"{runs} additional runs, {design.size + runs} in total; an equally fine grid takes {equivalent_grid}"
     ]
 
 
@@ -100,7 +100,7 @@ def _sensitivity_lines(design: SamplePlan, dataset: xr.Dataset) -> list[str]:
     for name in indices["parameter"].values:
         row = indices.sel(parameter=name)
         first, total = (f"{float(row[k]):.2f} +- {float(row[f'{k}_conf']):.2f}" for k in ("S1", "ST"))
-        lines.append(f"{indices.attrs['metric']} over {name}: first index {first}, total {total}")
+        lines.append(f"{indices.attrs['metric']} over {name}: first-order index {first}, total {total}")
     return lines
 
 

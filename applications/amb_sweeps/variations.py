@@ -103,7 +103,10 @@ def _quantities(plan: ScenarioPlan, settings: Mapping[str, Raw]) -> Iterator[tup
     else:
         yield "alpha", "the synchronous control is off"
     for quantity, values_of_quantity in nominal.items():
-        yield quantity, _times(values_of_quantity) if any(values_of_quantity.values()) else "it is zero everywhere"
+        yield (
+            quantity,
+            _times(values_of_quantity) if any(values_of_quantity.values()) else "the parameter is zero everywhere",
+        )
     yield "unbalance", _unbalance(plan, settings)
 
 

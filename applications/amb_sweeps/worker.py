@@ -226,7 +226,9 @@ def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:
 def _checked(name: str) -> str:
     """Return the name of a user's metric if it can be the name of a variable of the store."""
     if not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in ("outcome", "reason", "seconds"):
-        raise ValueError(f"{name!r} is not a name for a metric; it must be like friction_heat or friction_heat.seal")
+        raise ValueError(
+            f"{name!r} is not a name for a metric; it must have the form friction_heat or friction_heat.seal"
+        )
     return name
 
 

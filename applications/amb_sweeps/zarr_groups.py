@@ -68,7 +68,9 @@ def read_group(path: Path, group: str = "") -> xr.Dataset:
                 stored += _check_chunks(path / group / str(name))
                 announced += variable.size * variable.dtype.itemsize
                 if announced > max(MOST_UNPACKED * stored, MOST_MISSING):
-                    raise ValueError(f"it announces {announced} bytes, which {stored} bytes of chunks cannot hold")
+                    raise ValueError(
+                        f"it declares {announced} bytes, but its {stored} bytes of chunks cannot hold them"
+                    )
                 variable.load()
             return dataset.load()
     except Exception as error:  # errors of Zarr, its codecs, xarray and the system differ
@@ -123,7 +125,7 @@ def _check_chunks(folder: Path) -> int:
         raise ValueError(f"{array.nchunks - array.nchunks_initialized} of its {array.nchunks} chunks are missing")
     files = [file for file in folder.rglob("*") if not file.is_dir()]
     if links := [file.name for file in (folder, *files) if file.is_symlink()]:
-        raise ValueError(f"{links[0]} is a link, which is not allowed; data must lie in the store")
+        raise ValueError(f"{links[0]} is a link, which is not allowed; data must be in the store")
     return sum(file.stat().st_size for file in files)
 
 

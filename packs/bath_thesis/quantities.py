@@ -314,7 +314,7 @@ def reduction_panels(result: ModelReduction) -> list[Panel]:
     return [
         Panel("Damped natural frequencies", speed, "frequency (rad/s)", tuple(frequencies)),
         Panel(title, speed, "amplitude (mm)", tuple(responses), log="y"),
-        Panel("Response against that of the full model", speed, "error (%)", tuple(errors), log="y"),
+        Panel("Response compared with the full model", speed, "error (%)", tuple(errors), log="y"),
     ]
 
 

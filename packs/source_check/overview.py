@@ -32,7 +32,7 @@ def overview(report: Report) -> str:
     ]
     return " ".join(
         [
-            f"The {label} has {counts.total()} statements, of which {plain + with_reading + within} are reproduced: "
+            f"The {label} has {counts.total()} statements; {plain + with_reading + within} of them are reproduced: "
             f"{plain} as they stand, {with_reading} with a stated factor or reading, and {within} because a value "
             "keeps a limit.",
             f"{missed} are not reproduced.",

@@ -78,7 +78,7 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
 
     with refusing(), bars(plain_console(stderr=True)) as progress_bars:
         require_extra("report", "a report", "plotly")
-        task = progress_bars.add_task("computing (a first run compiles the models)", total=None)
+        task = progress_bars.add_task("computing (the first run compiles the models)", total=None)
 
         def progress(done: int, total: int) -> None:
             text = f"{done} of {total} runs and studies"

@@ -33,9 +33,9 @@ class Source(Table):
     scenario: str = ""
     """Name of a scenario; set either this or `study`."""
     set: Values = Field(default={})
-    """Values that replace those of the scenario."""
+    """Values that replace values of the scenario."""
     end_cycle: float | None = Field(default=None, gt=0.0)
-    """Cycle at which the run ends, in place of the scenario's."""
+    """Cycle at which the run ends, instead of the scenario's end."""
     unbalance_factor: float | None = Field(default=None, gt=0.0)
     """Factor on all unbalances, in place of the scenario's."""
     rotor: dict[str, dict[str, Any]] = Field(default={})
@@ -49,7 +49,7 @@ class Source(Table):
     arguments: Values = Field(default={})
     """Arguments of the study."""
     title: str = ""
-    """One-line description, in place of that of the scenario or study."""
+    """One-line description that replaces the one of the scenario or study."""
     reading: str = ""
     """Assumptions on open points of the source, and deviations from it."""
 
@@ -70,7 +70,7 @@ class Reading(Table):
     arguments: Values | None = None
     """Arguments of the quantity, if they differ."""
     how: str = ""
-    """Description of the way in words."""
+    """Description of this other computation in words."""
 
 
 class Statement(Table):
@@ -81,7 +81,7 @@ class Statement(Table):
         Field(pattern=r"^[a-z0-9_]+\.[a-z0-9_]+$"),
         Allowed("two names of lower-case letters, digits and underscores with a dot between them"),
     ]
-    """Name, whose first part is that of a figure, a table or another group of statements."""
+    """Name; its first part names a figure, a table or another group of statements."""
     where: str = Field(min_length=1)
     """Place in the source, such as `Table 2`."""
     what: str
@@ -97,7 +97,7 @@ class Statement(Table):
     absolute: float = Field(default=0.0, ge=0.0)
     """Allowed deviation in the unit of the value."""
     floor: float | None = None
-    """Smallest value that a limit from above admits, in the unit of the value: nothing at all would keep any limit."""
+    """Smallest value that a limit from above admits, in the unit of the value; otherwise zero would keep any limit."""
     because: str = ""
     """Reason for the tolerance."""
     source: str = ""
@@ -109,7 +109,7 @@ class Statement(Table):
     reading: tuple[Reading, ...] = ()
     """Other ways to compute it, tried in turn if the value is missed."""
     beside: tuple[Reading, ...] = ()
-    """Other ways, which are shown but not judged."""
+    """Other ways to compute it that are shown but not judged."""
     converged: str = ""
     """Source of the same quantity on a model with more modes, printed and judged in a separate column."""
     given: bool = False

@@ -114,7 +114,7 @@ def test_a_scheduler_that_falls_silent_ends_the_sweep(small, tmp_path, monkeypat
 
         try:
             options = {"until": UNTIL, "scheduler": address, "progress": stop}
-            with pytest.raises(ClusterFailed, match="had no worker or has not answered for 3 s"):
+            with pytest.raises(ClusterFailed, match="had no worker or did not answer for 3 s"):
                 amb_cosim.sweep(small, VARY, output=tmp_path / "out", **options)
         finally:
             process.send_signal(signal.SIGCONT)

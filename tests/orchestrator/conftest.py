@@ -18,7 +18,7 @@ from amb_cosim.results.stored_attributes import UNITS
 
 PERIOD = 0.02
 SAMPLES = 100  # per cycle
-PROGRESS = "starting (a first run compiles the models)"  # a line each 10 s while a first step compiles
+PROGRESS = "starting (the first run compiles the models)"  # a line each 10 s while a first step compiles
 CLEARANCE, JOURNAL = 0.75e-3, 0.025
 PLACES = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2", "eb1", "eb2"), magnetic=("mb1", "mb2"))
 

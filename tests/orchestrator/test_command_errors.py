@@ -71,7 +71,7 @@ RUN = {
     "run fig4_9 --set Omega=1e-99rad/s": " s is not allowed; it must be within 2.5e+08 s",
     "build -o fmus --rotor long.toml": "bodies[3].node (d4) = 40 is not allowed; it must be a node number from 1 to 13",
     "build -o fmus --flavour python --platform darwin64": "PythonFMU has no library for darwin64",
-    "build -o fmus --no-arrays": "FMUs without arrays are of FMI 3.0 (--fmi 3); FMI 2.0 has no arrays",
+    "build -o fmus --no-arrays": "FMUs without arrays require FMI 3.0 (--fmi 3); FMI 2.0 never has arrays",
     "build -o fmus --sources --flavour python": "--sources requires native FMUs",
     "animate results/fig4_9": "any more; use 'amb-cosim live SCENARIO'",
     "modes bath_rig": "any more; use 'amb-cosim study modes'",

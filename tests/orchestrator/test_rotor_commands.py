@@ -37,7 +37,9 @@ def test_imported_rotor_is_a_rotor_file(rotor, tmp_path):
     assert done.stdout == "compressor_rotor.toml\n"
     assert done.stderr.startswith("note: Coefficients over speed follow ROSS's spline")
     text = (tmp_path / "compressor_rotor.toml").read_text(encoding="utf-8")
-    assert text.startswith("# Imported from compressor.toml, which ROSS saved. SI units.\n# Coefficients over speed")
+    assert text.startswith(
+        "# Imported from compressor.toml, a file saved by ROSS. SI units.\n# Coefficients over speed"
+    )
     result = load_rotor(tmp_path / "compressor_rotor.toml")
     assert (len(result.bodies), len(result.bearings), len(result.seals), len(result.materials)) == (7, 2, 12, 3)
 

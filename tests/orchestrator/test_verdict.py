@@ -75,7 +75,7 @@ CASES = {
         lambda run: run(16),
         "free of contact for 4.01 cycles when the run ends (cycle 16, 0.32 s), 6 turns after the last change",
     ),
-    "landed": (lambda run: without_power(run(16)), "no magnet has power, and the rotor still moves on RB2"),
+    "landed": (lambda run: without_power(run(16)), "no magnet has power, and the rotor is still moving on RB2"),
     "levitated": (lambda run: free_of_contact(run()), "the rotor does not touch after the step"),
     "rolled": (lambda run: rolling(run()), "the rotor rolls on RB1 (backward whirl, 15000 rpm) at the end"),
     "unstable": (lambda run: growing(free_of_contact(run())), "its orbit grows, or its amplifiers stay"),

@@ -22,7 +22,7 @@ LINEAR = {
 NOT_SETTLED = amb_cosim.Scenario.load(LEVITATION).changed(parameters=LINEAR, end_cycle=7)
 SOLVED = NOT_SETTLED.changed(settling="solved")
 REFUSED = {
-    "noise": ({"rolac_controller.chain.preset": "rig"}, "rolac_controller.chain.noise, .*: no two turns are alike"),
+    "noise": ({"rolac_controller.chain.preset": "rig"}, "rolac_controller.chain.noise, .*: every turn differs"),
     "adaptation": ({"rolac_controller.rolac_enable": True}, "rolac_controller.rolac_enable = true"),
     "identification": ({"rolac_controller.identify": True}, "rolac_controller.identify = true"),
     "a free spin": ({"rotor_contact.spin.free": True}, "rotor_contact.spin.free = true"),

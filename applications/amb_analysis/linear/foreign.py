@@ -92,8 +92,8 @@ def foreign_component(
     )
     varying = _relative(second[:, 1:] - first[:, :-1], np.concatenate([first, second]))
     if varying > SLOWER:
-        later = f"{name}: a pulse that begins a step of {sample_time:g} s later has another response"
-        slower = "as of a component that samples less often; the communication step must be its sample time"
+        later = f"{name}: a pulse that begins a step of {sample_time:g} s later has a different response"
+        slower = "as if the component samples less often; the communication step must equal its sample time"
         if np.any(undisturbed != undisturbed[0]):
             slower += "; or it is nonlinear and moves without a pulse, as in a limit cycle, and has no linear model"
         raise ValueError(f"{later}, {slower}")
@@ -119,7 +119,7 @@ def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, 
                 f"from its directional derivatives, with {len(derived.A)} states; the error of its responses to pulses "
                 f"is {error:.1g} of the largest"
             )
-        rejected = f"; the error by its directional derivatives is {error:.1g} of the largest response"
+        rejected = f"; with its directional derivatives, the error is {error:.1g} of the largest response"
     law = realised(markov, sample_time)
     error = _relative(responses(law, len(markov)) - markov, markov)
     return (

@@ -21,7 +21,7 @@ from rotor_contact.shaft.structure import structure_of
 
 Parameters = Mapping[str, float]
 NEGLECTED = (
-    "contact, unbalance, a free spin, and gaps c - |r|, which have no derivative at the centre r = 0, are not included"
+    "contact, unbalance, a free spin and gaps c - |r| (without a derivative at the centre, r = 0) are not included"
 )
 
 

@@ -47,7 +47,7 @@ def _responses(content: dict[str, Any], units: StatedUnits) -> Measurement:
     required = ("frequencies", "inputs", "outputs", "input_units", "output_units")
     missing = [name for name in required if name not in content]
     if missing:
-        raise ValueError(f"it lacks {', '.join(missing)}, which belong to response")
+        raise ValueError(f"it lacks {', '.join(missing)}, required with response")
     inputs, outputs = (_channels(content, kind, units) for kind in ("input", "output"))
     units_of_frequencies = "frequency_unit", "frequency_units", "units.frequencies"
     _refuse_unused_units(content, (*required, *units_of_frequencies))
@@ -80,7 +80,7 @@ def _channels(content: dict[str, Any], kind: str, stated: StatedUnits) -> list[t
     """Return the factors to SI units, and the channels."""
     names, units = (_texts(content, key) for key in (f"{kind}s", f"{kind}_units"))
     if len(units) != len(names):
-        raise ValueError(f"{kind}_units has {len(units)} units; it must have {len(names)}, as many as {kind}s")
+        raise ValueError(f"{kind}_units has {len(units)} units; it must have {len(names)}, one for each {kind}")
     return [si_channel(name, stated.of(name, unit)) for name, unit in zip(names, units, strict=True)]
 
 
@@ -106,7 +106,7 @@ def _record(content: dict[str, Any], stated: StatedUnits) -> TimeRecord:
             factor, channel = si_channel(name, stated.of(name, unit[0]))
             signals[channel] = factor * np.asarray(value, np.float64).ravel()
     if not signals:
-        raise ValueError(f"it has no channel: no array with the {n} samples of time")
+        raise ValueError(f"it has no channel: no array has {n} samples, as time does")
     return TimeRecord(step, signals)
 
 

@@ -105,7 +105,9 @@ def minimised(residuals: Residuals, free: Sequence[FreeParameter], start: Sequen
     u0 = (np.asarray(start, np.float64) - low) / span
     for p, value, u in zip(free, start, u0, strict=True):
         if not 0.0 <= u <= 1.0:
-            raise ValueError(f"{p.name} = {value:g} is not allowed; it must start from {p.lowest:g} to {p.highest:g}")
+            raise ValueError(
+                f"{p.name} = {value:g} is not allowed; its start value must be from {p.lowest:g} to {p.highest:g}"
+            )
     n, m = len(scaled(u0)), len(free)
     if n <= m:
         raise ValueError(f"{n} residuals are not enough for {m} parameters; measure more, or fit fewer")

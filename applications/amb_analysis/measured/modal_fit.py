@@ -184,7 +184,9 @@ def _peaks(responses: Sequence[FrequencyResponse]) -> tuple[Array, Complex, Arra
     """Return the frequencies, the responses, shape (responses, n), their mean power and the numbers of its peaks."""
     frequencies = responses[0].frequencies
     if any(not np.array_equal(item.frequencies, frequencies) for item in responses):
-        raise ValueError("responses with different frequencies are not allowed; modes need common ones")
+        raise ValueError(
+            "responses with different frequencies are not allowed; fitting modes requires common frequencies"
+        )
     H = np.stack([item.values for item in responses])
     power = np.mean(np.abs(H) ** 2 / np.median(np.abs(H) ** 2, axis=1, keepdims=True), axis=0)
     peaks, _ = find_peaks(np.log10(np.maximum(power, np.finfo(float).tiny)), prominence=PROMINENCE)

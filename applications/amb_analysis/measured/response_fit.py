@@ -107,8 +107,8 @@ def fit_responses(
     warnings: tuple[str, ...] = ()
     if lacking and last > EXACT:
         warnings = (
-            f"the model does not explain the data within their scatter, {lacking}; the intervals do not hold, because "
-            "they do not include errors of its form",
+            f"the model does not explain the data within their scatter, {lacking}; the intervals are not valid, "
+            "because they do not include errors of the model itself",
         )
     return Fit(parameters, correlation, first, last, 2 * sum(len(c.values) for c in curves)), warnings
 

@@ -106,7 +106,7 @@ def _responses(frequencies: Array, columns: Mapping[str, Column]) -> tuple[Frequ
     for name, column in columns.items():
         match = CURVE.fullmatch(name)
         if not match:
-            raise ValueError(f"column {name!r} is not allowed; its form must be that of 'fan.x/fan.f_x amplitude'")
+            raise ValueError(f"column {name!r} is not allowed; it must have the form 'fan.x/fan.f_x amplitude'")
         kind = match["kind"].lower()
         curves.setdefault((match["output"], match["input"]), {})[KINDS.get(kind, kind)] = column
     return tuple(_response(frequencies, *ends, parts) for ends, parts in curves.items())

@@ -144,8 +144,8 @@ def _check_function(item: Set, number: int) -> None:
     sizes = sizes[sizes > 0.0]
     if not np.isfinite(sizes).all() or (len(sizes) and sizes.max() > WIDEST * sizes.min()):
         raise ValueError(
-            f"set {number} has numbers from {sizes.min():.3g} to {sizes.max():.3g}; they are not finite, or of another "
-            f"byte order than it states"
+            f"set {number} has numbers from {sizes.min():.3g} to {sizes.max():.3g}; they are not finite, or their "
+            f"byte order is not the stated one"
         )
 
 
@@ -237,7 +237,9 @@ def _unit(item: Set, axis: str, label: str, name: str) -> tuple[float, str]:
     factors = item["factors"]
     if not label:
         if not si:
-            raise ValueError(f"{name}: data of type {kind} without a unit are not allowed; state it, {_example(name)}")
+            raise ValueError(
+                f"{name}: data of type {kind} without a unit are not allowed; state the unit, {_example(name)}"
+            )
         return 1.0 if factors is None else 1.0 / factors[dimension], si
     factor, unit = si_unit(label, name)
     if si and unit != si:
@@ -303,7 +305,7 @@ def _record(functions: Sequence[Set], units: StatedUnits) -> TimeRecord:
     counts = {channel: len(records) for channel, records in signals.items()}
     if len(set(counts.values())) > 1:
         text = ", ".join(f"{channel} {n}" for channel, n in counts.items())
-        raise ValueError(f"its channels have different numbers of records, {text}; each must have as many")
+        raise ValueError(f"its channels have different numbers of records, {text}; all must have the same number")
     (repeats,) = set(counts.values())
     return TimeRecord(steps.pop(), {channel: np.concatenate(records) for channel, records in signals.items()}, repeats)
 
@@ -317,7 +319,7 @@ def _modes(sets: Sequence[Set]) -> Modes | None:
         elif item["type"] == 55 and item["analysis_type"] in (3, 7):
             size = abs(complex(item["eig"]))
             if not size > 0.0:
-                raise ValueError(f"mode {item['mode_n']} has the eigenvalue {size:g} rad/s, and so no frequency")
+                raise ValueError(f"mode {item['mode_n']} has the eigenvalue {size:g} rad/s, so it has no frequency")
             pairs.append((abs(complex(item["eig"]).imag) / (2.0 * np.pi), -complex(item["eig"]).real / size))
     if not pairs:
         return None

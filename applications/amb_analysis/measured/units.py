@@ -98,7 +98,7 @@ def even_step(times: Array) -> float:
         If they are not evenly spaced, or not finite.
     """
     if len(times) < 2 or not np.isfinite(times).all():
-        raise ValueError(f"its {len(times)} times are not allowed; they must be two finite numbers or more")
+        raise ValueError(f"its {len(times)} times are not allowed; there must be two or more finite numbers")
     k = np.arange(len(times)) - 0.5 * (len(times) - 1)
     centred = times - times[0]
     centred = centred - np.mean(centred)
@@ -108,7 +108,7 @@ def even_step(times: Array) -> float:
         worst = int(np.argmax(errors))
         raise ValueError(
             f"its times are not evenly spaced: sample {worst + 1}, at {times[worst]:.9g}, is off by {errors[worst]:.3g}"
-            f", and the step is {step:.6g}; write times with more digits, or resample a record that is uneven"
+            f", and the step is {step:.6g}; write times with more digits, or resample an uneven record"
         )
     return step
 
@@ -145,4 +145,6 @@ def split_quotient(unit: str, name: str) -> tuple[str, str]:
 
 def _require_unit(unit: str, name: str, example: str) -> None:
     if not unit.strip():
-        raise ValueError(f"{name} has no unit; write it into the file, or state it: --channel-unit '{name}={example}'")
+        raise ValueError(
+            f"{name} has no unit; write the unit into the file, or state it with --channel-unit '{name}={example}'"
+        )

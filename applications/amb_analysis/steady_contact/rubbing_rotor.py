@@ -132,7 +132,7 @@ def rubbing_rotor(prepared: ScenarioPlan) -> RubbingRotor:
     records = tuple(_record(p, site) for site in sites)
     c = np.array([site.clearance for site in records])
     covered = tuple(
-        f"{s} is left out; {narrowest[nodes[s]]} in its plane is as narrow" for s in enabled if s not in sites
+        f"{s} is left out; {narrowest[nodes[s]]} in the same plane is equally narrow" for s in enabled if s not in sites
     )
     notes = covered + _site_notes(p, sites) + _loop_notes(machine, mixing(source, machine.last_speed, sites))
     return RubbingRotor(machine, sites, records, c, np.array(list(machine.unbalance.values()), dtype=complex), notes)
@@ -155,16 +155,16 @@ def _site_notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ..
     result = []
     for site in sites:
         if p[f"{site}.law"] != CONSTRAINT:
-            result.append(f"{site} is computed as rigid, although its law is {LAWS[int(p[f'{site}.law'])]}")
+            result.append(f"{site} is assumed to be rigid, although its law is {LAWS[int(p[f'{site}.law'])]}")
         if p[f"{site}.housing_mass"] > 0.0:
-            result.append(f"{site} is computed as fixed, although its housing moves")
+            result.append(f"{site} is assumed to be fixed, although its housing moves")
         if p[f"{site}.race_inertia"] > 0.0:
-            result.append(f"the race of {site} is computed at rest, although it can turn")
+            result.append(f"the race of {site} is assumed to be at rest, although it can turn")
         if p[f"{site}.offset_x"] != 0.0 or p[f"{site}.offset_y"] != 0.0:
             offset = ", ".join(f"{p[f'{site}.offset_{axis}']:g}" for axis in "xy")
-            result.append(f"{site} is computed as centred, although it is offset by {offset} m")
+            result.append(f"{site} is assumed to be centred, although it is offset by {offset} m")
     if p["spin.free"]:
-        result.append("the spin speed is computed as constant, although friction brakes it in a run")
+        result.append("the spin speed is assumed to be constant, although friction brakes it in a run")
     if p["gravity"] != 0.0:
         result.append("weight is neglected: the rotor is taken as centred")
     return tuple(result)
@@ -173,9 +173,11 @@ def _site_notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ..
 def _loop_notes(machine: Machine, backward: float) -> tuple[str, ...]:
     inputs, result = machine.last_inputs, list[str]()
     if faults := machine.faults_among(inputs):
-        result.append(f"states are those without the faults at the end of the scenario: {', '.join(faults)}")
+        result.append(f"states are computed without the faults at the end of the scenario: {', '.join(faults)}")
     if backward > ISOTROPIC:
         result.append(f"the loop is anisotropic: {backward:.1%} of the motion is backward, which is neglected")
     if inputs.get(f"{CONTROLLER}.rolac_enable"):
-        result.append("states are those of the feedback alone; the effect of synchronous control is listed separately")
+        result.append(
+            "states are computed with the feedback alone; the effect of synchronous control is listed separately"
+        )
     return tuple(result)

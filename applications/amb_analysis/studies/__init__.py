@@ -62,7 +62,7 @@ _GENERAL = {
     "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response over speed."),
     "coupling": Study(
         ".coupling_order",
-        "Compare orders and steps of the master. Results are orbit, outcome and cost of a scenario.",
+        "Compare orders and steps of the master. The results are the orbit, outcome and cost of a scenario.",
     ),
     "convergence": Study(
         ".contact_convergence",
@@ -78,7 +78,7 @@ _GENERAL = {
     ),
     "traps": Study(
         ".contact_traps",
-        "Find states of sustained contact. Results are their stability and the force that frees the rotor.",
+        "Find states of sustained contact. The results are their stability and the force that frees the rotor.",
     ),
     "linearisation": Study(
         ".bearing_axis",
@@ -87,11 +87,11 @@ _GENERAL = {
     "receptance": Study(".sensor_receptance", "Compute synchronous responses to bearing forces."),
     "response": Study(
         ".frequency_responses",
-        "Compute frequency responses. With --measured they are laid over a measurement.",
+        "Compute frequency responses. With --measured, they are plotted over a measurement.",
     ),
     "fit": Study(
         ".rotor_fit",
-        "Fit a rotor or a machine to a measurement. Parameters get 95 % intervals, or are refused.",
+        "Fit a rotor or a machine to a measurement. Parameters get 95 % intervals; undetermined ones are refused.",
     ),
     "waterfall": Study(
         ".run_spectra",

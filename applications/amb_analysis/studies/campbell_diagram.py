@@ -107,7 +107,7 @@ class CampbellDiagram(WarnedResult, DrawnResult):
         if self.coordinates == self.of:
             return [self._answer(), table, *notes]
         reduced = (
-            f"{self.coordinates} coordinates in place of {self.of}; eigenvalues within {self.error:.0e} of those of the"
+            f"{self.coordinates} coordinates in place of {self.of}; eigenvalues agree within {self.error:.0e} with the"
         )
         return [self._answer(), table, *notes, f"{reduced} full model, which --full analyses"]
 

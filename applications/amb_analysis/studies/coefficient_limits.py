@@ -76,7 +76,7 @@ def limit_notes(limits: Limits, speeds: Iterable[float] | Array) -> list[str]:
             ends = f"{unit.number(group.lowest)} to {unit.text(group.highest)}"
             notes.append(f"{names}: coefficients from {ends}; elsewhere those of the nearest speed ({EXTRAPOLATED})")
         if group.whirl_frequency is not None:
-            notes.append(f"{names}: {frozen_at(group.whirl_frequency)}; modes at other frequencies differ")
+            notes.append(f"{names}: {frozen_at(group.whirl_frequency)}; modes at other frequencies are less accurate")
     return notes
 
 

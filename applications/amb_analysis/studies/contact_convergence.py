@@ -103,10 +103,10 @@ class ContactConvergence(MachineResult):
                 cells = [text for site in sites for text in _cells(row.sites.get(site))]
                 change = "-" if row.change is None else f"{row.change:.1f} %"
                 table.add_row(row.label, *cells, change, row.failure or row.recovery or "-")
-        window = f"{1e3 * WINDOW:g} ms: largest averaged over it, impacts included"
+        window = f"{1e3 * WINDOW:g} ms: largest force averaged over this time, impacts included"
         return [
             table,
-            f"peak: largest force; {window}; impact: largest impulse of impacts in a step; impulse: of all",
+            f"peak: largest force; {window}; impact: largest impulse of impacts in a step; impulse: of all impacts",
             *self._over_starts(sites),
             *self._verdict(),
             *self.warning_lines(),
@@ -141,7 +141,7 @@ class ContactConvergence(MachineResult):
         ):
             if change is not None:
                 verdict = "converged" if change <= 100.0 * CONVERGED else "not converged"
-                forces = f"peak forces change by up to {change:.2g} %, those averaged over 1 ms by {averaged:.2g} %"
+                forces = f"peak forces change by up to {change:.2g} %, averages over 1 ms by up to {averaged:.2g} %"
                 lines.append(f"{verdict}: with {what}, {forces}")
         return lines
 

@@ -183,7 +183,7 @@ class Traps(MachineResult):
         for whirl in sorted(stable, key=lambda whirl: abs(whirl.frequency))[:MOST_LISTED]:
             forces = ", ".join(f"{name} {_force_text(N)}" for name, N in whirl.N.items())
             rolls = "" if whirl.slips else "; it rolls before"
-            lines.append(f"a whirl at {unit.text(whirl.frequency)} needs no unbalance, and lasts ({forces}{rolls})")
+            lines.append(f"a whirl at {unit.text(whirl.frequency)} lasts even without unbalance ({forces}{rolls})")
         for contact in {whirl.frequency: whirl for whirl in self.rolling if whirl.possible}.values():  # the most sites
             slower = [w.frequency for w in self.sustained if w.grows_backward and {*w.contact} <= {*contact.contact}]
             onset = f"; a backward whirl grows from {unit.text(max(slower))} on" if slower else ""
@@ -301,7 +301,10 @@ def traps(
     demands = [currents_of(result.demanded, machine, Omega) for result in (freeing, demand) if result is not None]
     notes = list(machine.notes)
     if len(machine.sites) > AT_ONCE:
-        notes.append(f"map and curves have states with at most {AT_ONCE} sites in contact; the machine's have all")
+        notes.append(
+            f"map and curves show states with at most {AT_ONCE} sites in contact; the machine's states "
+            f"include all sites"
+        )
     return Traps(
         scenario=values.name,
         rotor=described.name,

@@ -80,7 +80,7 @@ class CouplingOrders(WarnedResult, DrawnResult):
         """Return a table of the runs by order and step."""
         places = [f"{name_label(at)} (mm)" for at in self.rows[0].orbit]
         columns = ("step (us)", *places, "deviation (%)", "outcome", "last contact (cycle)", "cost")
-        title = f"{self.scenario}: orbit before the step of the scenario or at the end, outcome and cost"
+        title = f"{self.scenario}: orbit before the scenario's step, or at the end; outcome and cost"
         table = labelled_table(title, "order", *columns)
         for row in self.rows:
             orbits = map(number, row.orbit.values())

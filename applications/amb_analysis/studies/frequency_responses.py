@@ -192,7 +192,7 @@ def response(
         )
         curves = content.responses
         if not curves:
-            raise ValueError("the measurement lists modes alone; there is no response to compare")
+            raise ValueError("the measurement lists only modes; there is no response to compare")
     is_machine = loop in ("open", "closed")
     levitated = controlled(scenario, rotor, controller) if scenario is not None or is_machine else None
     described = load_rotor(rotor if levitated is None else levitated.rotor)
@@ -316,7 +316,7 @@ def measured_content(
     ]
     if not chosen:
         measured_names = ", ".join(item.name for item in content.responses)
-        raise ValueError(f"no response is left to compare; the measurement has {measured_names}")
+        raise ValueError(f"no response is left to compare; the measurement contains {measured_names}")
     for item in chosen:
         if not item.values.all():
             at = f"{item.frequencies[np.argmin(np.abs(item.values))]:g} Hz"

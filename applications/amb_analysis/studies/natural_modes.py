@@ -84,7 +84,9 @@ class NaturalFrequencies(StudyResult):
                 table.add_row(*shown, ratio_text, direction + mark)
             if result.real_eigenvalues:
                 real = ", ".join(f"{value:.4g}" for value in result.real_eigenvalues)
-                remarks.append(f"at {unit.text(speed, 6)} also aperiodic motion, exp(s t) with s = {real} 1/s")
+                remarks.append(
+                    f"at {unit.text(speed, 6)} there is also aperiodic motion, exp(s t), with s = {real} 1/s"
+                )
         return [table, *remarks, *limit_notes(self.limits, self.speeds)]
 
 

@@ -147,7 +147,7 @@ class RotorLayout(WarnedResult, DrawnResult):
         for frequency, at_rest, spinning in zip(error.frequencies, error.error, error.spinning, strict=True):
             numbers = (significant(100.0 * at_rest, 2), unit.number(frequency), significant(100.0 * spinning, 2))
             table.add_row(_hertz(frequency), *numbers)
-        meaning = "for unbalance: error for a force that turns with the rotor, at the speed in the column before"
+        meaning = "for unbalance: error for a force that turns with the rotor, at the speed in the previous column"
         return [table, meaning, *self._advice_on_spin(error)]
 
     def _advice_on_spin(self, error: ReceptanceError) -> Iterator[str]:
@@ -161,7 +161,9 @@ class RotorLayout(WarnedResult, DrawnResult):
             if highest is not None:
                 cure = "state a wider band in [reduction] of the rotor file"
             else:
-                cure = "if your rotor turns as fast, state its highest speed as speed in [reduction] of the rotor file"
+                cure = (
+                    "if your rotor turns that fast, state its highest speed as speed in [reduction] of the rotor file"
+                )
                 cure += " instead of masters" if self.method == "msdc" else ""
             at = unit.text(float(error.frequencies[first]))
             yield f"at {at} the error for unbalance is {significant(100.0 * error.spinning[first], 2)} %; {cure}"

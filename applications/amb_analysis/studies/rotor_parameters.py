@@ -86,8 +86,8 @@ class RotorParameters:
         old, new = self._begun, rotor.shaft.with_nodes_at(self.fixed).nodes
         if len(old) != len(new):
             raise ValueError(
-                "the fitted rotor has two positions at one place, of sections, parts or measured channels; "
-                "narrow the bounds of its positions and lengths"
+                "the fit moved two positions (of sections, parts or measured channels) to the same place; narrow the "
+                "bounds of positions and lengths"
             )
         moved = self.nodes if old == new else tuple(float(z) for z in np.interp(self.nodes, old, new))
         return rotor.on_mesh(rotor.shaft.with_nodes_at(moved))
@@ -126,7 +126,9 @@ def number_of_file(name: str, raw: Number) -> float:
     try:
         return float(raw)
     except ValueError:
-        raise ValueError(f"a bound of free is not a number: {name} = {raw!r}; it has the unit of the file") from None
+        raise ValueError(
+            f"a bound in free is not a number: {name} = {raw!r}; bounds have the unit of the file"
+        ) from None
 
 
 def _split(text: str) -> tuple[str, tuple[str, str]]:

@@ -198,7 +198,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         raise ValueError("spectra require samples at equal steps, which the run does not have")
     h, duration = float(steps[0]), float(time[-1] - time[0])
     if duration < FEWEST * h:
-        has = f"the run has {duration:.6g} s from cycle 0 on, in steps of {h:g} s"
+        has = f"the run has only {duration:.6g} s from cycle 0 on, in steps of {h:g} s"
         raise ValueError(f"{has}; spectra require at least {FEWEST * h:g} s")
     length = (
         min(LONGEST_WINDOW, max(duration / WINDOWS, FEWEST * h)) if window is None else quantity(window, "s", "window")

@@ -57,7 +57,7 @@ def control_of(
         return result
     result["synchronous control"] = _synchronous(machine, Omega)
     if not demands:
-        freed = Freed(False, {}, "cannot free the rotor: no synchronous currents do")
+        freed = Freed(False, {}, "cannot free the rotor: no synchronous currents can")
     else:
         within = [d for d in demands if _are_allowed(d)]
         needed = within[0] if within else demands[-1]

@@ -99,7 +99,7 @@ class SynchronousState:
             stays = "stays in contact" if self.contact else "stays free"
             return stays if self.settles else f"{stays}, vibrating"
         if abs(self.whirl_frequency - Omega) < 1e-6 * Omega:
-            return "leaves to another state"
+            return "moves to another state"
         return "whirls backward" if self.whirl_frequency < 0.0 else "whirls forward"
 
 

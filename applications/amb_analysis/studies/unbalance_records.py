@@ -202,7 +202,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
         within = f"{count} up to {unit.text(self.speeds[-1])}"
         if self._unbounded:
             return (
-                f"{within}; the response has no bound at {unit.text(self._unbounded[0].speed)}, where nothing damps it"
+                f"{within}; the response is unbounded at {unit.text(self._unbounded[0].speed)}, where nothing damps it"
             )
         tops = {name: (float(place.amplitude.max()), place) for name, place in self.places.items()}
         name = max(tops, key=lambda of: tops[of][0])

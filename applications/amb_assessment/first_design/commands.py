@@ -48,7 +48,7 @@ def _positions(text: str) -> list[str]:
     type=WithUnit("0.4 mm"),
     help="Air gap of the magnets; default: twice the retainers' clearance, or 1/250 of the shaft's diameter.",
 )
-@click.option("--tilt", type=WithUnit("90 deg"), help="Angle of the shaft above the horizontal; default: it lies.")
+@click.option("--tilt", type=WithUnit("90 deg"), help="Angle of the shaft above the horizontal; default: 0 deg.")
 @click.option(
     "--thrust-disc", is_flag=True, help="Add an axial bearing, and faces that stop the rotor along its shaft."
 )
@@ -130,12 +130,12 @@ def new(
     if magnet is not None:
         click.echo(_assumed(magnet))
     if tilt is None:
-        click.echo("the shaft is assumed to lie; --tilt '90 deg' is an upright one")
+        click.echo("the shaft is assumed to be horizontal; set --tilt '90 deg' for an upright shaft")
     if gap is None and magnet is None:
         basis = (
             "twice the least clearance" if "bearings" not in machine.assumed else "1/250 of the diameter, 0.3 to 1 mm"
         )
-        click.echo(f"the gap is assumed, {basis}; --gap states it")
+        click.echo(f"the gap is assumed, {basis}; set it with --gap")
     click.echo(_lag(machine.design))
     if not sizes.retainers:
         click.echo("the rotor has no retainers and cannot land; add them to rotor.toml as [[sites]] with a bearing")
@@ -148,12 +148,13 @@ def new(
     reduction = sizes.rotor.reduction
     if reduction.method == "free_modes" and not reduction.speed:
         click.echo(
-            "the [reduction] of the rotor file states no speed, so that the simulated rotor may whirl too fast; add "
-            f"speed = '{TRIP * sizes.speed * RPM:.5g} rpm' to it in rotor.toml, and look at its error by rotor show"
+            "the [reduction] of the rotor file states no speed, so the simulated rotor may whirl too fast; add speed = "
+            f"'{TRIP * sizes.speed * RPM:.5g} rpm' to [reduction] in rotor.toml, and check the error with rotor show"
         )
     if sizes.retainers:
         click.echo(
-            "no windage is assumed: without spin.drag in levitation.toml only retainers slow a rotor without drive"
+            "no windage is assumed: without spin.drag in levitation.toml, only the retainers slow down an undriven "
+            "rotor"
         )
     first = folder / ("landing.toml" if sizes.retainers else "levitation.toml")
     click.echo(f"wrote {folder}; next: amb-cosim run {first}")
@@ -168,7 +169,7 @@ def _magnet(
 
     if k_i is None and k_s is None:
         if bias or drive:
-            raise ValueError("--bias and --drive belong to --k-i and --k-s of a data sheet")
+            raise ValueError("--bias and --drive require --k-i and --k-s from a data sheet")
         return None
     if k_i is None or k_s is None:
         raise ValueError("--k-i and --k-s must be set together")
@@ -186,7 +187,8 @@ def _assumed(magnet: MagnetData) -> str:
     constants = "K_i and K_s hold without load"
     if magnet.keeps_k_s:
         constants = (
-            "K_i and K_s are those under load, and the gap is assumed; if they hold without load, set --gap or --bias"
+            "K_i and K_s are assumed to hold under load, and the gap is assumed; if they hold without load, set --gap "
+            "or --bias"
         )
     elif magnet.gap is None and magnet.bias is None:
         constants += ", and the gap is assumed"
@@ -219,8 +221,9 @@ def _lag(design: Design) -> str:
     hertz = omega / (2.0 * math.pi)
     amplifier, computer = math.degrees(math.atan(hertz / BANDWIDTH)), 540.0 * hertz * sample_time
     return (
-        f"assumed lag at {hertz:.0f} Hz: amplifiers of {1e-3 * BANDWIDTH:g} kHz {amplifier:.0f} deg, a computer with "
-        f"samples of {1e6 * sample_time:g} µs and one of delay {computer:.0f} deg, no filter of the sensors"
+        f"assumed lag at {hertz:.0f} Hz: {amplifier:.0f} deg by amplifiers of {1e-3 * BANDWIDTH:g} kHz, "
+        f"{computer:.0f} deg by a computer with samples of {1e6 * sample_time:g} µs and a delay of one sample, none by "
+        "sensor filters"
     )
 
 
@@ -230,7 +233,11 @@ def _comparison(magnet: MagnetData | None, typical: MagnetData) -> str:
         return ""
     text = f"; one sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"
     ratio = max(magnet.k_i / typical.k_i, typical.k_i / magnet.k_i)
-    return f"{text}, {ratio:.2g} times apart: are the constants of an axis or of a pole?" if ratio > APART else text
+    return (
+        f"{text}; the factor between them is {ratio:.2g}: are the constants those of an axis or of a pole?"
+        if ratio > APART
+        else text
+    )
 
 
 def _asked(option: str, kind: click.ParamType[Any]) -> str:
@@ -252,7 +259,10 @@ def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | No
         return plain_shaft(name, m, quantity(length or _asked("length", WithUnit("1.2 m")), "m", "length"), Omega)
     for key, values in (("mass", mass), ("length", length)):
         if values is not None:
-            raise ValueError(f"{key} = {values!r} conflicts with the rotor file, which states it; set only one of them")
+            raise ValueError(
+                f"{key} = {values!r} conflicts with the rotor file, which already states this value; set "
+                f"only one of them"
+            )
     path = rotor_path(rotor)
     warn_of_sizes(path)  # errors name this file
     return read_text(path, f"rotor file {path}")

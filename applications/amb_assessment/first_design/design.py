@@ -105,8 +105,8 @@ def _refusal(sizes: MachineSizes, best: Design, machine: Machine) -> str:
     gains = ", ".join(f"{k:.3g} N/m" for k in best.pid.k_b.values())
     return "; ".join(
         (
-            f"no PID that was tried levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: "
-            f"with the best, of stiffness {gains}, {loop.least_damped}",
+            f"none of the PIDs tried levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: with the "
+            f"best, of stiffness {gains}, {loop.least_damped}",
             *(tuple(hindering_positions(machine, loop, sizes.speed)) or (advice(sizes.rotor, loop, sizes.speed),)),
         )
     )

@@ -50,7 +50,7 @@ def shortfalls(machine: Machine, levitation: Levitation, speed: float) -> tuple[
 def _loop_shortfalls(loop: Levitation) -> Iterator[str]:
     if loop.zone not in ACCEPTED:
         yield (
-            f"sensitivity {loop.peak.value:.3g} is in zone {loop.zone}, and zone B ends at {ZONES['B']:g}: "
+            f"sensitivity {loop.peak.value:.3g} is in zone {loop.zone} (zone B ends at {ZONES['B']:g}): "
             f"{loop.peak.axis}, {loop.peak.frequency:.0f} Hz at {loop.peak.speed * RPM:.0f} rpm"
         )
     bands = zip(BANDS, loop.ratios, loop.wanted, strict=True)
@@ -59,8 +59,8 @@ def _loop_shortfalls(loop: Levitation) -> Iterator[str]:
         yield f"damping ratio {', '.join(short)}: {loop.least_damped} is furthest from its target"
     if loop.motion_in_runs:
         yield (
-            f"in runs {loop.motion_in_runs}, although the rotor with all modes is stable: control drives what "
-            "the rotor of the runs has in place of its higher modes; state a wider band in the [reduction] of the "
+            f"in runs {loop.motion_in_runs}, although the rotor with all modes is stable: control drives "
+            "the residual shapes that replace its higher modes in runs; state a wider band in the [reduction] of the "
             "rotor file"
         )
 
@@ -81,7 +81,7 @@ def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
     if short:
         shares = ", ".join(f"{bearing} {share:.2g}" for bearing, share in short.items())
         yield (
-            f"stiffness K_b over K_s: {shares} ({STIFFNESS:g} is wanted), where sensitivity is at least K_s/K_b at low "
+            f"stiffness K_b over K_s: {shares} ({STIFFNESS:g} is wanted); the sensitivity is at least K_s/K_b at low "
             "frequency; a smaller bias current or a wider gap lowers K_s"
         )
 
@@ -97,9 +97,10 @@ def high_voltage(sizes: MachineSizes) -> Iterator[str]:
     more = sizes.turns / turns
     yield (
         f"amplifiers of {sizes.voltage_limit:.0f} V: coils of {sizes.turns} turns with a bias of "
-        f"{sizes.bias_current:.3g} A need that voltage at {sizes.speed * RPM:.0f} rpm, and industrial amplifiers have "
-        f"up to about {INDUSTRIAL:g} V; for the same force {sizes.voltage_limit / more:.0f} V are enough with {turns} "
-        f"turns, a bias of {more * sizes.bias_current:.3g} A and a current limit of {more * sizes.current_limit:.3g} A"
+        f"{sizes.bias_current:.3g} A need that voltage at {sizes.speed * RPM:.0f} rpm, but industrial amplifiers "
+        f"provide only about {INDUSTRIAL:g} V; for the same force, {sizes.voltage_limit / more:.0f} V suffice with "
+        f"{turns} turns, a bias of {more * sizes.bias_current:.3g} A and a current limit of "
+        f"{more * sizes.current_limit:.3g} A"
     )
 
 
@@ -108,7 +109,7 @@ def _damping_shortfall(rotor: Rotor, loop: Levitation) -> Iterator[str]:
     least = loop.wanted[2] / LEFT
     if loop.zone not in ACCEPTED and least < 2.0 * BEYOND:
         yield (
-            f"rotor {rotor.name!r} has damping ratios from {least:.3g}, so that its high bending modes tolerate hardly "
+            f"rotor {rotor.name!r} has damping ratios from {least:.3g} on, so its high bending modes tolerate hardly "
             "any gain beyond the phase lead of the PID: measure its damping, or use faster amplifiers and samples"
         )
 
@@ -162,7 +163,7 @@ def advice(rotor: Rotor, loop: Levitation, speed: float) -> str:
             f"it is the nutation of the rigid rotor, at I_p/I_d = {ratio:.3g} times its speed: lower the speed or the "
             "ratio, or give the rotor its measured [damping], because damped bending modes tolerate more gain"
         )
-    return "it bends: give the rotor its measured [damping], and move sensors to their bearings, away from its nodes"
+    return "the rotor bends: give it its measured [damping], and move sensors to their bearings, away from its nodes"
 
 
 def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
@@ -173,6 +174,6 @@ def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
         largest = float(control_amplitude(machine, bearing, axis, speed / (2.0 * math.pi)))
         if demand > largest:
             yield (
-                f"{bearing}.{axis} saturates: its unbalance demands {demand:.3g} A at {speed * RPM:.0f} rpm, and "
-                f"controller, coils and amplifiers allow {largest:.3g} A"
+                f"{bearing}.{axis} saturates: its unbalance demands {demand:.3g} A at {speed * RPM:.0f} rpm, but "
+                f"controller, coils and amplifiers allow only {largest:.3g} A"
             )

@@ -60,7 +60,7 @@ class MagnetData:
         for name, unit, stated in (("gap", "m", self.gap), ("bias", "A", self.bias)):
             require(stated is None or 0.0 < stated < math.inf, name, f"{stated} {unit}", f"> 0 {unit}")
         if self.gap is not None and self.bias is not None:
-            raise ValueError("gap and bias are both set; each follows from the other by K_i and K_s; set only one")
+            raise ValueError("gap and bias are both set, but with K_i and K_s each determines the other; set only one")
 
     @property
     def keeps_k_s(self) -> bool:
@@ -183,7 +183,7 @@ def machine_sizes(
     nodes = rotor.shaft.nodes
     diameter = max(diameter_at(rotor, nodes[node - 1]) for node in rotor.bearing_nodes)
     fastest = 2.0 * SURFACE_SPEED / diameter
-    surface = f"the surface of the shaft in its bearings ({1e3 * diameter:.3g} mm) then has {SURFACE_SPEED:g} m/s"
+    surface = f"the surface of the shaft in its bearings ({1e3 * diameter:.3g} mm) then moves at {SURFACE_SPEED:g} m/s"
     require(speed <= fastest, "speed", f"{speed:.4g} rad/s", f"<= {fastest:.4g} rad/s: {surface}")
     body = rigid_body(rotor)
     loads, at_rest = (_axis_loads(rotor, Omega, share_across(tilt)) for Omega in (speed, 0.0))

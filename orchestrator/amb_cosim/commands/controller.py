@@ -25,8 +25,8 @@ def controller() -> None:
 @controller.command("import")
 @FILE
 @output("Output, .npz or .mat; default: FILE_controller.npz.")
-@click.option("--inputs", metavar="NAMES", help="Measured signals, with commas; default: the file's.")
-@click.option("--outputs", metavar="NAMES", help="Demands, with commas; default: the file's.")
+@click.option("--inputs", metavar="NAMES", help="Measured signals, comma-separated; default: the file's.")
+@click.option("--outputs", metavar="NAMES", help="Demands, comma-separated; default: the file's.")
 @click.option("--sample-time", type=TIME, metavar="TIME", help="Sample time for a continuous law, such as 100us.")
 def import_arrays(
     file: Path, output: Path | None, inputs: str | None, outputs: str | None, sample_time: str | None

@@ -65,7 +65,7 @@ def build(
     options["arrays"] = not no_arrays
     with refusing():
         if assembled is not None and scenario is not None:
-            raise ValueError("--assembled and --scenario exclude each other; use --assembled SCENARIO")
+            raise ValueError("--assembled and --scenario cannot be combined; use --assembled SCENARIO")
         check_writable(output, is_folder=True)
         if controller is not None:
             unused = [options.pop(name) for name in ("rotor", "receptances", "sources")]

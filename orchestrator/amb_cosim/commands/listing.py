@@ -69,7 +69,7 @@ def list_scenarios(name: str | None, words: str) -> None:
         required = tuple(words.lower().split())
         entries = [entry for entry in entries if entry.has(required)]
         if not entries:
-            raise ValueError(f"no entry has the words {words!r}")
+            raise ValueError(f"no entry contains the words {words!r}")
     console, described = plain_console(), pack_files()
     for pack, folder in packs().items():
         of_pack = [entry for entry in entries if entry.file.parents[1] == folder]
@@ -121,7 +121,7 @@ def _outcomes(outcomes: Mapping[str, str]) -> list[tuple[str, str]]:
     if not isinstance(outcomes, Mapping) or not all(
         isinstance(text, str) for pair in outcomes.items() for text in pair
     ):
-        raise TypeError("outcomes() must return texts by the names of scenarios")
+        raise TypeError("outcomes() must map names of scenarios to texts")
     return list(outcomes.items())
 
 

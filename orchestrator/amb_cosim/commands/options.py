@@ -100,7 +100,7 @@ class WithUnit(click.ParamType):  # type: ignore[type-arg]  # generic in later v
             for part in self.parts(value):
                 if _is_number(part) and float(part):
                     forms = " or ".join(plain_forms(value))
-                    hint = f"; a comma separates quantities, a single number is {forms}" if forms else ""
+                    hint = f"; commas separate quantities, so write a single number as {forms}" if forms else ""
                     raise ValueError(f"{option} {part.strip()} has no unit; write for example {self.examples}{hint}")
         return value
 
@@ -147,22 +147,22 @@ UNITS: Option = click.option(
     metavar="UNIT,...",
     help="Units of tables and figures: rpm, Hz, rad/s; mm, um, m; N, kN.",
 )
-ALL = click.option("--all", "show_all", is_flag=True, help="Print all values, and warnings whole.")
-UNTIL = click.option("--until", metavar="TIME", help="End time after cycle 0 begins, 0.3 (s) or 300ms.")
+ALL = click.option("--all", "show_all", is_flag=True, help="Print all values and the full warnings.")
+UNTIL = click.option("--until", metavar="TIME", help="End time after the start of cycle 0: 0.3 (s) or 300ms.")
 ROTOR = click.option("--rotor", metavar="NAME|FILE", cls=RotorOption, help="Packaged rotor or rotor file")
 FLAVOUR = click.option(
     "--flavour",
     type=click.Choice(FLAVOURS),
     default="native",
     show_default=True,
-    help="Native FMUs, or FMUs that run in Python by PythonFMU.",
+    help="Native FMUs, or Python FMUs built with PythonFMU.",
 )
 PLATFORMS = click.option(
     "--platform",
     "platforms",
     metavar="NAMES",
     callback=lambda _context, _option, text: text and [name.strip() for name in text.split(",")],
-    help="Platforms with commas, or all; default: this machine's.",
+    help="Comma-separated platforms, or all; default: this one's.",
 )
 FMI = click.option(
     "--fmi",

@@ -18,7 +18,7 @@ TABLES = (".csv", ".mat")
 @click.argument("result", type=click.Path(path_type=Path))
 @click.argument("variables", nargs=-1, required=True, metavar="VARIABLE...")
 @output("File .png, .pdf, .svg, .csv or .mat; default: name of the figure, or traces.png, in the result folder.")
-@click.option("--begin", metavar="MOMENT", help="First moment, 0.3 (s) or 'cycle 5'.")
+@click.option("--begin", metavar="MOMENT", help="Start time, 0.3 (s) or 'cycle 5'.")
 @click.option("--until", metavar="MOMENT", help="Last moment.")
 @UNITS
 def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: str | None, until: str | None) -> None:
@@ -44,7 +44,9 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
             from amb_cosim.presentation.style import write_figure
 
             if name and (begin or until):
-                raise ValueError(f"--begin and --until cannot be used with the figure {name}; they are for variables")
+                raise ValueError(
+                    f"--begin and --until cannot be used with the figure {name}; they apply only to variables"
+                )
             if name and (left_out := finite_signals(run.signals)[1]):
                 click.echo(f"amb-cosim: {result}: not all signals are drawn: {not_finite(left_out)}", err=True)
             drawn = figure(run.signals, name) if name else run.plot(*variables, begin=begin, until=until)

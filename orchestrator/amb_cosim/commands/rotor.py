@@ -20,7 +20,7 @@ def rotor() -> None:
 @rotor.command("import")
 @click.argument("model", type=click.Path(path_type=Path))
 @output("Rotor file; default: MODEL_rotor.toml.")
-@click.option("--frequency", type=FREQUENCY, help="Whirl frequency of frozen coefficients, such as 100 Hz.")
+@click.option("--frequency", type=FREQUENCY, help="Whirl frequency that freezes coefficients: 100 Hz.")
 def import_model(model: Path, output: Path | None, frequency: str | None) -> None:
     """Convert a rotor saved by ROSS to a rotor file.
 
@@ -42,7 +42,9 @@ def import_model(model: Path, output: Path | None, frequency: str | None) -> Non
         magnet_files = levitation_files(model.stem, path.name, magnets) if magnets else {}
         for name in magnet_files:
             check_writable(path.with_name(name), is_folder=False)
-        head = "".join(f"# {line}\n" for line in (f"Imported from {model.name}, which ROSS saved. SI units.", *notes))
+        head = "".join(
+            f"# {line}\n" for line in (f"Imported from {model.name}, a file saved by ROSS. SI units.", *notes)
+        )
         texts = {path.name: head + "\n" + tomli_w.dumps(content)} | magnet_files
         for name, text in texts.items():
             write_file(path.with_name(name), text)

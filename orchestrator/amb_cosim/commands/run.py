@@ -120,7 +120,7 @@ def _save(result: Result, moment: str, folder: Path) -> str:
         file = result.checkpoint(moment).save(plain_file(folder, name))
     except ValueError as error:
         return str(error)
-    return f"state at {moment} in {file}"
+    return f"state at {moment} saved in {file}"
 
 
 @click.command()

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Source = str | Path | Scenario | Result
-"""A scenario, its name or TOML file; or a result, its folder or its file."""
+"""A scenario (name or TOML file) or a result (folder or file)."""
 
 MOST = 8  # runs that remain distinguishable in figures
 FILE = "comparison.json"

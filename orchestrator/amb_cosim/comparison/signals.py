@@ -70,7 +70,9 @@ class SignalComparison:
         lines = []
         for other in self.against_first:
             if not other.same_times:
-                lines.append(f"{other.label}: sampled at other times than the first run; signals are not compared")
+                lines.append(
+                    f"{other.label}: its sampling times differ from those of the first run, so signals are not compared"
+                )
                 continue
             text = f"{other.label}: {other.equal} of {other.compared} common signals are bitwise equal"
             if other.largest is not None:
@@ -79,7 +81,7 @@ class SignalComparison:
                     f"; {worst.signal} deviates most, by {worst.difference:.4g} {worst.unit} at cycle {worst.cycle:.4g}"
                 )
             if other.not_finite:
-                text += f"; not compared in size: {not_finite(other.not_finite)}"
+                text += f"; deviation not computed for: {not_finite(other.not_finite)}"
             lines.append(text)
         groups: dict[tuple[str, ...], list[str]] = {}
         for signal, labels in self.only_some.items():

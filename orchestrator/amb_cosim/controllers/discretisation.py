@@ -76,7 +76,7 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
             f"{nyquist:g} rad/s"
         )
     if method == "matched" and law.D.shape != (1, 1):
-        raise ValueError("matched is not allowed for several signals or demands; it must be one of each")
+        raise ValueError("matched is not allowed for several signals or demands; it requires one of each")
     return _sampled(law, sample_time, method, prewarp) if len(law.A) else replace(law, sample_time=sample_time)
 
 

@@ -235,7 +235,7 @@ def _from_file(path: Path, options: Mapping[str, Any]) -> LinearController:
         raise ValueError(f"no controller file {str(path)!r}: its name must end with .toml or {' or '.join(SUFFIXES)}")
     try:
         if "sampled_arrays" in options:
-            raise ValueError("sampled_arrays is not allowed; the sample time in the file states it")
+            raise ValueError("sampled_arrays is not allowed; the sample time in the file already determines it")
         content = read_blocks(path) if path.suffix == ".toml" else read_arrays(path)
         starts, stored = content.pop("starts", {}), content.get("outputs", [])
         controller = linear_controller(**content | dict(options))
@@ -256,7 +256,7 @@ def _check_method(laws: Mapping[float, Law], given: Mapping[str, object]) -> Non
     """Raise ValueError if a discretisation is given for laws that are already sampled and would ignore it."""
     for name, value in given.items():
         if value is not None and all(law.sample_time is not None for law in laws.values()):
-            raise ValueError(f"{name} = {value} is not allowed; the law is sampled already")
+            raise ValueError(f"{name} = {value} is not allowed; the law is already sampled")
 
 
 def _laws(K: Any, sampled_arrays: bool) -> dict[float, Law]:
@@ -308,7 +308,7 @@ def _check_stable(laws: Mapping[float, Law]) -> None:
             how = " between the given speeds" if speed not in laws else ""
             raise ValueError(
                 f"a controller with a pole of magnitude {largest:.9g}{where}{how} is not allowed; it must be <= 1 in "
-                "the z plane, unless allow_unstable"
+                "the z plane, unless allow_unstable is set"
             )
 
 
@@ -321,7 +321,7 @@ def _labels(
     if names is None:
         labels = getattr(law, attribute, None)
         if not labels or any("[" in label for label in labels):
-            raise ValueError(f"{argument} is missing; it must name the {kind}, of which this law has {count}")
+            raise ValueError(f"{argument} is missing; it must name the {kind} of this law, which has {count}")
         names = labels
     if not all(isinstance(name, str) for name in names):
         raise ValueError(f"{argument} = {names!r} is not allowed; it must be names")
@@ -337,7 +337,7 @@ def _starts(ports: Ports, gains: Any, offsets: Any, limits: Any, delay: float) -
         pairs = np.asarray(limits, dtype=np.float64)
         if pairs.shape not in ((2,), (len(ports.demands), 2)):
             raise ValueError(
-                f"limits of shape {pairs.shape} are not allowed; state (lower, upper) in A, of all demands or of each"
+                f"limits of shape {pairs.shape} are not allowed; state (lower, upper) in A, for all demands or for each"
             )
         settings |= {"lower": pairs[..., 0], "upper": pairs[..., 1]}
     for name, values in settings.items():

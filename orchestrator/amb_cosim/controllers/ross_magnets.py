@@ -40,7 +40,7 @@ def levitation_files(name: str, rotor: str, magnets: Mapping[str, SavedMagnet]) 
     }
     law = f"{name}_controller.toml"
     scenario = {
-        "description": "Levitation under the PID control of the magnets in ROSS, which has no gravity",
+        "description": "Levitation by the PID control that the magnets have in ROSS, without gravity",
         "rotor": rotor,
         "fmu": {"rolac_controller": law},
         "Omega": "100 rad/s",

@@ -85,7 +85,7 @@ def made_for(system: System, source: Callable[..., Made] = model_source, **optio
     """
     for component in (c for c in system.components if not is_model(c.fmu)):
         is_built = Path(str(component.fmu)).is_file()
-        built = "is an FMU already: it can neither receive start values nor become part of another FMU"
+        built = "is already an FMU: it can neither receive start values nor become part of another FMU"
         raise ValueError(
             f"{component.name} of system {system.name}: {component.fmu} {built if is_built else 'is not a file'}; it "
             f"must be one of the models {', '.join(models())}"

@@ -72,8 +72,8 @@ def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:
     for site in bores:
         if site.name in rotor.nodes_by_name:
             raise ValueError(
-                f"the name {site.name!r} of a part of rotor {rotor.name!r} is not allowed here; it must be free for "
-                f"the stator bore of {site.stator}"
+                f"the name {site.name!r} of a part of rotor {rotor.name!r} is not allowed here; the stator bore of "
+                f"{site.stator} needs it"
             )
     return tuple(bores)
 
@@ -181,7 +181,10 @@ def _require_mass(rotor: Rotor, full: Matrices) -> None:
     light = [node for node, (x, _) in full.translations.items() if full.M[x, x] <= least]
     if light:
         density = min(layer.material.density for layers in rotor.elements for layer in layers)
-        what = f"nodes {light} of rotor {rotor.name!r} have no mass; it must be > 0 kg/m3, such as 1 kg/m3, in a plant"
+        what = (
+            f"nodes {light} of rotor {rotor.name!r} have no mass; the density must be > 0 kg/m3 in a plant, such "
+            f"as 1 kg/m3"
+        )
         raise ValueError(f"shaft.density = {density:g} kg/m3 is not allowed; {what}")
 
 
@@ -294,7 +297,7 @@ def constant_mass(seal: Bearing) -> Array:
     """
     masses = [np.array(row.mass) for row in seal.at_speed] or [np.array(seal.mass)]
     if any(not np.array_equal(mass, masses[0]) for mass in masses):
-        raise ValueError(f"mass of seal {seal.name} over speed is not allowed in the plant; it must be constant")
+        raise ValueError(f"speed-dependent mass of seal {seal.name} is not allowed in the plant; it must be constant")
     if masses[0][0, 1] != masses[0][1, 0]:
         text = masses[0].tolist()
         raise ValueError(f"mass of seal {seal.name} = {text} kg is not allowed in the plant; it must be symmetric")

@@ -137,7 +137,7 @@ class ReceptanceTable:
             f"axes = {_list(self.axes)}",
             f"entries = {len(self.entries)}",
             "",
-            "[loop] # parameters of the controller that they hold for",
+            "[loop] # parameters of the controller for which they hold",
             *(f"{_quoted(name)} = {value!r}" for name, value in self.parameters.items()),
         ]
         return "\n".join([*head, *(line for entry in self.entries for line in _lines(entry))]) + "\n"

@@ -119,7 +119,7 @@ def show_warnings(sentences: Iterable[str], console: Console | None = None, *, w
         options = {"no_wrap": True, "overflow": "ellipsis"} if cuts else {"soft_wrap": not console.is_terminal}
         console.print(line, markup=False, highlight=False, **options)
     if cuts and any(len(line) > console.width for line in lines):
-        console.print("--all shows warnings whole", highlight=False)
+        console.print("--all shows the full warnings", highlight=False)
 
 
 def show_notices(sentences: Iterable[str]) -> None:

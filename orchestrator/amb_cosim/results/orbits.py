@@ -165,8 +165,8 @@ def notices_of_start(dataset: Signals) -> list[str]:
         return []
     falls = ", ".join(f"{name_label(place)} {percent:.2g} %" for place, percent in falling.items())
     return [
-        "the largest orbit is a transient at the start that has not settled; after the first cycle it falls by "
-        f"{falls}; more settle_cycles reduce it"
+        f"the largest orbit belongs to the transient at the start, and falls by {falls} after the first cycle; "
+        "increase settle_cycles"
     ]
 
 
@@ -185,8 +185,8 @@ def notices_of_samples(dataset: Signals) -> list[str]:
     missed = f"by up to {100.0 * (1.0 - np.cos(np.pi / n)):.2g} %" if n >= 3.0 else "by much"
     turn = f", {n:.3g} in a turn," if np.isfinite(n) else ""
     return [
-        f"orbits are sampled at one of {every} steps{turn} and may miss the largest radius of a synchronous motion "
-        f"{missed}; record.every = 1 records all steps"
+        f"orbits are sampled at one of every {every} steps{turn} and may miss the largest radius of a synchronous "
+        f"motion {missed}; record.every = 1 records all steps"
     ]
 
 

@@ -125,8 +125,8 @@ def to_mat(selection: Selection, path: Path) -> None:
     if duplicates := repeated([*names.values(), UNITS]):
         two = " and ".join([name for name, short in names.items() if short == duplicates[0]])
         raise ValueError(
-            f"{two} cannot be written to a MAT file: {duplicates[0]} would be the name of two variables there; choose "
-            f"others by name"
+            f"{two} cannot be written to a MAT file: {duplicates[0]} would be the name of two variables; select "
+            f"variables by name"
         )
     content: dict[str, object] = {short: selection.values(name) for name, short in names.items()}
     content[UNITS] = {short: selection.unit(name) for name, short in names.items()}

@@ -94,7 +94,7 @@ def check_signals(dataset: Signals) -> None:
         return
     time, period = dataset["time"].values, float(dataset.attrs["period_s"])
     if "cycle" not in dataset or not np.allclose(dataset["cycle"].values * period, time, 1e-9, 1e-9 * period):
-        raise ValueError(f"its cycles are not those of its times; a cycle takes {period:g} s")
+        raise ValueError(f"its cycles do not match its times; a cycle takes {period:g} s")
     _check_places(places(dataset))
     for site in places(dataset).sites:
         for name, unit in UNITS.items():

@@ -122,9 +122,9 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         return "interrupted", f"by the user at t = {outcome.time:.6g} s"
     free, recovery = contact_history.freed_after(dataset, last)
     if free is None:
-        return "completed", "whether the rotor touches was not recorded"
+        return "completed", "contact of the rotor was not recorded"
     if recovery == "unstable":
-        return "unstable", "its orbit grows, or its amplifiers stay at their limits or bound a vibration of its own"
+        return "unstable", "its orbit grows, or its amplifiers stay at their limits or bound a self-excited vibration"
     powerless = bool(without_power(dataset)[-1])
     if free and (last is None or recovery == "prevented"):
         after = f" after the {event_name(dataset, 'disturbance')}" if recovery == "prevented" else ""
@@ -141,7 +141,7 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         rest, rocks = (None, None) if fall is None else (fall.rest_after, fall.rocks_within)
         if not touched:
             return "landed", f"no magnet has power, and the rotor has not touched since {_moment(dataset, last)}"
-        lies = "the rotor still moves on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
+        lies = "the rotor is still moving on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
         lies = f"{lies} {where}" if rocks is None else f"the rotor lies on {where} and swings up to {rocks:.0f} deg"
         return "landed", f"no magnet has power, and {lies}{_whirled(fall)}"
     return recovery if recovery == "trapped" else "undecided", _at_the_end(dataset, last)

@@ -101,8 +101,8 @@ def _assumed_loads(missing: MissingParameters) -> list[str]:
         if current and geometry & stated and static not in stated and not is_measured(values):
             kept.setdefault(f"{current:g} A", []).append(f"{bearing}.{axis}")
     return [
-        f"static_current = {current} of {', '.join(axes)} is a start value, not of these magnets, and there is no "
-        "gravity; with 0 A, or gravity = 0, they carry no weight, as of a vertical shaft"
+        f"static_current = {current} of {', '.join(axes)} is a default that does not fit these magnets, and there is "
+        f"no gravity; set it to 0 A, or set gravity = 0, if they carry no weight, as with a vertical shaft"
         for current, axes in kept.items()
     ]
 

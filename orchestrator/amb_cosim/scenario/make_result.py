@@ -83,7 +83,7 @@ def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
     """Return time, and the turns of the initial speed."""
     return {
         "time": Samples(time, {"units": "s", "description": "Time from the beginning of cycle 0"}),
-        "cycle": Samples(time / plan.period, {"units": "1", "description": "Turns of the initial speed"}),
+        "cycle": Samples(time / plan.period, {"units": "1", "description": "Revolutions at the initial speed"}),
     }
 
 

@@ -52,7 +52,7 @@ def unsteady_effects(values: Assignments) -> str:
         switches = [f"{component}.chain.{effect}" for effect in UNSTEADY]
         custom = chosen == preset.items[CUSTOM]
         effects += [name for name in switches if not custom or values.parameter(name)]
-    return f"{', '.join(effects)}: no two turns are alike" if effects else ""
+    return f"{', '.join(effects)}: every turn differs from the others" if effects else ""
 
 
 def implausible_sizes(assembly: Assembly) -> list[str]:

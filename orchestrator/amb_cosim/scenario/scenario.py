@@ -73,7 +73,7 @@ class Scenario(Table):
     name: str = "scenario"
     """Name (that of the file)."""
     description: str = ""
-    """Description in one line."""
+    """One-line description."""
     source: str = ""
     """Source."""
     theme: str = ""
@@ -93,30 +93,34 @@ class Scenario(Table):
     coupling: Coupling | None = None
     """Order in which the components step; default: that of the system."""
     communication_step: Value | None = None
-    """Step after which values are exchanged: 250 us by default, in Jacobi order 25 us, where a controller with the
-    parameter `prediction_time` predicts by two steps unless it is set."""
+    """Step after which values are exchanged. The default is 250 us, or 25 us in Jacobi order; there, a controller with
+    the parameter `prediction_time` predicts two steps ahead unless that is set.
+    """
     Omega: Value
     """Speed up to cycle 0, and afterwards unless `speed` has points. A file states its unit; a number is in rad/s."""
     gravity: Value | None = None
-    """Acceleration that pulls on the rotor. The static currents of magnetic bearings carry the weight, and the rotor
+    """Gravitational acceleration. The static currents of magnetic bearings carry the weight, and the rotor
     levitates at its setpoint; parameters set in the scenario keep their values. Without the key, static currents keep
     their values.
     """
     gravity_angle: Value = "225 deg"
     """Direction of gravity, from x towards y."""
     tilt: Value = 0.0
-    """Angle of the shaft above the horizontal, with its end of largest z up: 90 deg for a vertical machine. Gravity has
-    its cosine across the shaft, and its sine along it, where a rotor with `[thrust_disc]` in its file moves."""
+    """Angle of the shaft above the horizontal, positive with the end of largest z up; 90 deg is a vertical machine.
+    Gravity acts across the shaft with its cosine and along it with its sine. A rotor with `[thrust_disc]` in its file
+    moves along the shaft.
+    """
     settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
     """Revolutions before cycle 0 in which the motion settles. The rotor angle at cycle 0 is `initial.angle` of the
     rotor plus these revolutions, with any communication step."""
     settling: Settling = "simulated"
-    """How the motion before cycle 0 is obtained: `simulated` over these turns; `solved` for, with a simulated turn that
-    ends at the same rotor angle; or `automatic`, which solves if possible. It is impossible with noise,
-    converters, adaptive control, identification or contact before cycle 0, with an unstable loop or nonlinear forces,
-    and if housings, races or the speed move."""
+    """Method for the motion before cycle 0: `simulated` over these turns; `solved` for, with a simulated turn that ends
+    at the same rotor angle; or `automatic`, which solves if possible. It is impossible with noise, converters, adaptive
+    control, identification or contact before cycle 0, with an unstable loop or nonlinear forces, and if housings, races
+    or the speed move.
+    """
     end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
-    """End of the run in cycles; either this or `end_time`, and either replaces the end of a base. A `stop` may end the
+    """End of the run in cycles; set this or `end_time`. Either replaces the end of a base. A `stop` may end the
     run earlier."""
     end_time: Value | None = None
     """End of the run in seconds."""
@@ -131,9 +135,9 @@ class Scenario(Table):
     speed: tuple[SpeedPoint, ...] = ()
     """Points of the speed after cycle 0, linear between them and constant after the last."""
     profile: tuple[InputProfile, ...] = ()
-    """Inputs that are linear between points, or are in a file, with times from cycle 0 on."""
+    """Inputs that change linearly between points or come from a file; times count from cycle 0."""
     stop: tuple[Stop, ...] = ()
-    """Conditions that end the run before its end."""
+    """Conditions that end the run early."""
     record: Record = Record()
     """Recorded variables."""
     plot: Plot = Plot()
@@ -338,7 +342,7 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
         for stop in scenario.stop:
             stop.condition(period)
         if tilt_of(scenario.tilt) and scenario.gravity is None:
-            raise ValueError(f"tilt = {scenario.tilt} requires gravity, which it divides")
+            raise ValueError(f"tilt = {scenario.tilt} requires gravity, because it sets its direction")
         _ = scenario.step_size("gauss_seidel"), scenario.end(period)  # both raise for wrong values
     return scenario
 

@@ -50,9 +50,11 @@ class _Named(Table):
     """A change that figures and summary name."""
 
     label: Label | None = None
-    """Unique name in figures, and of an event in sweeps, such as `power_loss`; default: its role."""
+    """Unique name, used in figures and for the event in sweeps, such as `power_loss`; default: its role."""
     role: Role | None = None
-    """Its role in the run: the `disturbance` that the rotor is judged after, or the `relief` that takes it back."""
+    """Role of the event in the run: the `disturbance` after which the rotor is judged, or the `relief` that removes
+    it.
+    """
 
     @property
     def name(self) -> str:
@@ -100,7 +102,7 @@ class SpeedPoint(_Moment):
     """A speed at a point in time; it changes linearly from the previous point."""
 
     Omega: Value
-    """The speed at that time."""
+    """Speed at that time."""
 
     @property
     def described(self) -> str:
@@ -114,15 +116,15 @@ class Stop(Table):
     variable: str
     """An output, or an input that the scenario sets, by its name in the data set."""
     above: Value | None = None
-    """Lower limit of the signal; either this or `below`."""
+    """Lower limit of the signal; set either this or `below`."""
     below: Value | None = None
     """Upper limit of the signal."""
     hold_cycles: Cycles | None = None
-    """Duration in cycles; by default a single point suffices."""
+    """Duration of the condition in cycles; by default a single point suffices."""
     hold_time: Value | None = None
     """The same in seconds."""
     from_cycle: Cycles | None = None
-    """Cycle from which it is checked; default 0."""
+    """Cycle from which the signal is checked; by default 0."""
     from_time: Value | None = None
     """The same in seconds."""
 

@@ -6,7 +6,7 @@ STUDIES = {
     "tables": Study(".frequency_tables", "Compute the frequencies of Tables 3.1 to 3.4."),
     "reduction": Study(
         ".reduced_models",
-        "Compare full, condensed and coarse rotor models. Figures 3.4 to 3.7 and Table 3.4 have them.",
+        "Compare full, condensed and coarse rotor models. They are in Figures 3.4 to 3.7 and Table 3.4.",
     ),
     "coupling_error": Study(".coupling_convergence", "Compare co-simulation and monolithic model."),
     "contact_laws": Study(".contact_hysteresis", "Draw the hysteresis of contact laws (Figs 4.1, 4.2)."),

@@ -201,7 +201,11 @@ def test_linearise_errors_name_the_invalid_argument(compressor):
 @pytest.mark.parametrize(
     ("components", "ends", "facts"),
     [
-        (None, {"outputs": ["*.gap"]}, ("'*.gap'", "rotor_contact.td1.gap", "no derivative at the centre", "r = 0")),
+        (
+            None,
+            {"outputs": ["*.gap"]},
+            ("'*.gap'", "rotor_contact.td1.gap", "without a derivative at the centre", "r = 0"),
+        ),
         (None, {"inputs": ["rotor_contact.td1.clearance"]}, ("rotor_contact.td1.clearance", "a parameter")),
         (None, {"inputs": ["rotor_contact.mb1.x"]}, ("rotor_contact.mb1.x", "an output")),
         (None, {"inputs": ["*.amplifier_off_x"]}, ("amb_actuator.mb1.amplifier_off_x", "faults")),

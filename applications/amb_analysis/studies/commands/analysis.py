@@ -155,7 +155,7 @@ def add_study(
         folder = output or Path("results") / f"study_{name}"
         status: AbstractContextManager[object] = nullcontext()
         if not shows_progress:
-            status = plain_console(stderr=True).status("computing (a first run compiles the models)")
+            status = plain_console(stderr=True).status("computing (the first run compiles the models)")
         with refusing():
             check_writable(folder, is_folder=True, files=(f"{name}.json", f"{name}.png"))
             warned = warn_of_sizes(values.get("rotor"))
@@ -245,7 +245,7 @@ add_study(
     "traps",
     *MACHINE,
     click.option("--speed", type=SPEED, help="Spin speed of the machine; default: the scenario's."),
-    click.option("--unbalance", type=UNBALANCE, help="Its unbalance; default: that at the end of the scenario."),
+    click.option("--unbalance", type=UNBALANCE, help="Its unbalance; default: at the end of the scenario."),
     click.option("--place", metavar="DISC", help="Place of the unbalance; default: as in the scenario."),
     click.option("--up-to", type=SPEED, help="Highest speed of the map; default: twice the machine's."),
     click.option("--unbalance-up-to", type=UNBALANCE, help="Largest unbalance of the map; default: beyond the traps."),
@@ -301,7 +301,7 @@ add_study(
 )
 @click.option("--shown", "outputs", multiple=True, metavar="PATTERN", help="component.variable; default: all.")
 @click.option("--component", "components", multiple=True, metavar="NAME", help="Components of the model; default: all.")
-@click.option("--open", "opened", multiple=True, metavar="PATTERN", help="Inputs whose connection is cut.")
+@click.option("--open", "opened", multiple=True, metavar="PATTERN", help="Inputs to disconnect.")
 @SETTINGS
 @FLAVOUR
 @output("File to write, .mat or .npz.", "linear_model.mat")

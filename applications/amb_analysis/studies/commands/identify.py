@@ -40,7 +40,11 @@ def identify(output: Path, **options: Any) -> None:
         check_writable(output, is_folder=False)
         result = studies.identify(output=output, **options)
     print_parts(result.text())
-    written = f"{output} has the {result.identified} done" if result.identified else f"nothing was written to {output}"
+    written = (
+        f"{output} contains the {result.identified} completed"
+        if result.identified
+        else f"nothing was written to {output}"
+    )
     if result.interruption:
         raise interrupted(f"{result.interruption}; {written}")
     missing = len(result.speeds) - result.identified

@@ -44,7 +44,7 @@ def draw(result: ContactConvergence) -> Figure:
     write_title(
         figure,
         f"{result.scenario} with {result.rotor}: band of {100.0 * CONVERGED:g} % around the scenario; "
-        "hollow where the outcome differs",
+        "hollow: another outcome",
     )
     return figure
 

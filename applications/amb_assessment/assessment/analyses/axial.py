@@ -134,10 +134,11 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
     thrust = f"{low:.4g} N" if low == high else f"{low:.4g} to {high:.4g} N"
     first = (
         f"The rotor is rigid along its axis, {subject.rotor.mass:.4g} kg. Thrust {thrust} along z, weight along z "
-        f"{weight:.4g} N. Sampled every {sample_time:g} s; the delay of the demands is {delay:g} times that."
+        f"{weight:.4g} N. The loop is sampled every {sample_time:g} s; the delay of the demands is {delay:g} sample "
+        f"times."
     )
     if bearing.corner is None:
-        iron = "The iron is assumed to be laminated, without eddy currents, which a solid disc always has."
+        iron = "The iron is assumed to be laminated, without eddy currents; a solid disc always has eddy currents."
     else:
         iron = (
             f"Eddy currents: half-order lag with corner {hertz(bearing.corner):.4g} Hz, as the sum of "
@@ -145,12 +146,13 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
         )
         if bearing.is_corner_computed:
             iron += (
-                " The corner follows from the material by a formula derived here. With a relative permeability of 500 "
-                "or more, the lag is that of the field within 13 % up to 1 kHz; with 200, within 30 %. Prefer a "
+                " The corner follows from the material by a formula derived here. Up to 1 kHz, this lag agrees with "
+                "that of the field within 13 % for a relative permeability of 500 or more, and within 30 % for 200. "
+                "Prefer a "
                 "measured corner."
             )
     tilt = (
-        f"Against tilt the disc has a moment stiffness of {-bearing.moment_stiffness():.4g} N m/rad; if negative, it "
-        "tilts the disc further. The lateral analyses do not contain it."
+        f"The disc has a moment stiffness of {-bearing.moment_stiffness():.4g} N m/rad against tilt; a negative "
+        "stiffness tilts the disc further. The lateral analyses do not include this stiffness."
     )
     return (first, iron, tilt)

@@ -21,7 +21,7 @@ from rotor_analysis.refinement import refined
 
 declare("spectral_radius", "1", ("growth_rate", "frequency", "N"))
 declare("decrement", "1", ("frequency", "N"))
-declare("decrement_anywhere", "1", ("frequency", "N"), "Least logarithmic decrement at all frequencies")
+declare("decrement_anywhere", "1", ("frequency", "N"), "Smallest logarithmic decrement at all frequencies")
 
 POINTS = 41  # speeds
 MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure, whose axis is logarithmic
@@ -49,15 +49,15 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     heads = ("frequency (Hz)", "synchronous at (rpm)", "decrement", "whirl")
     table = ResultTable(f"Vibrations at {rpm(speed.highest):.0f} rpm", heads, rows)
     notes = table_notes(subject, speed.tripping)
-    notes += [f"Vibrations up to {hertz(limit):.0f} Hz, of the sampled loop, z = exp(s T)."]
+    notes += [f"Vibrations of the sampled loop up to {hertz(limit):.0f} Hz; z = exp(s T)."]
     if hertz(limit) > 0.5 / loop.sample_time:
         half = f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz"
         notes.append(
-            f"{half}: faster vibrations are listed at the frequency of the rotor's mode; control sees their alias."
+            f"{half}: faster vibrations are listed at the frequency of the rotor's mode, but control sees their alias."
         )
     notes += [
         f"Stability: all poles, including drifts without vibration, at all speeds from 0 to {rpm(speed.tripping):.0f} "
-        "rpm, with the stages' coefficients of the largest speed where they have no table over speed."
+        "rpm; stages without a table over speed have their coefficients at the largest speed."
     ]
     if subject.file.has_synchronous_control:
         notes.append("The scenario's synchronous control (rolac_enable) is off in all parts of this assessment.")
@@ -130,7 +130,7 @@ def _panels(
         damping.append(curve(f"{at[0]:.0f} rpm", at, [lowest, MAX_DECREMENT], "dashed"))
     title = f"Logarithmic decrements, up to {MAX_DECREMENT:g}"
     if lowest <= MIN_DECREMENT:
-        title += f"; {MIN_DECREMENT:g} stands for less, down to unstable"
+        title += f"; {MIN_DECREMENT:g} stands for all smaller values, including unstable ones"
     return (
         Panel("Damped frequencies", "speed (rpm)", "Hz", tuple(frequency)),
         Panel(title, "speed (rpm)", "decrement", tuple(damping), log="y", zones=ZONES[1:], holds=(REQUIRED,)),

@@ -55,10 +55,11 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "Dynamic stiffness (N/µm) and damping (kN s/m) of the bearings at synchronous frequency", heads, rows
     )
     notes = (
-        "Undamped rotor on equal, isotropic supports, without seals and stages; forward synchronous whirl. The "
+        "The rotor is undamped and on equal, isotropic supports, without seals and stages; whirl is forward and "
+        "synchronous. The "
         "bearings' stiffness is the real part of force over displacement (controller, hold, delay, amplifier and "
-        "magnet, and passive coefficients) for parallel motion of the rotor, of either axis if they differ; negative "
-        "values are not on the map.",
+        "magnet, and passive coefficients) for parallel motion of the rotor, for each axis if they differ; "
+        "negative values are not shown.",
     )
     return AnalysisResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
 

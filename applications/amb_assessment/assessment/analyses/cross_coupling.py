@@ -70,7 +70,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     table = ResultTable("Cross-coupled stiffness", ("stage", "kind", "anticipated (MN/m)", "level II (MN/m)"), rows)
     ends = np.array([0.0, 1e-6 * total * factors[-1]])
     panel = Panel(
-        "Least logarithmic decrement",
+        "Smallest logarithmic decrement",
         "cross coupling of all stages (MN/m)",
         "decrement",
         (

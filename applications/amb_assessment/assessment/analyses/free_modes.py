@@ -34,7 +34,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         (str(mode.number), f"{hertz(mode.frequency):.1f}", *(_pair_text(at) for at in mode.bearings)) for mode in modes
     )
     notes = (
-        "Numbers are the shape at magnet and sensor, relative to its maximum. If they differ in sign, a node lies "
+        "The numbers are the shape at the magnet and at the sensor, relative to its maximum. If they differ in sign, "
+        "a node lies "
         "between them and the magnet acts on this mode with the wrong sign: the mode requires the opposite phase. The "
         "reach is the root of their product, with its sign, at the bearing that drives the mode most or, if none does, "
         "at the bearing that reaches it best. Modes above the judged frequency are listed without a verdict.",

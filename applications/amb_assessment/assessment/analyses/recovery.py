@@ -26,8 +26,8 @@ from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from array_types import Array
 
 declare("relevitation", "%")
-declare("overload", "1", title="Acceleration that the rotor carries without contact, over g")
-declare("axial_capacity", "N", ("capacity",), "Force along the shaft that the rotor carries without contact")
+declare("overload", "1", title="Acceleration that the rotor withstands without contact, over g")
+declare("axial_capacity", "N", ("capacity",), "Force along the shaft that the rotor withstands without contact")
 
 WITHOUT_POWER = 0.3  # s
 BACK = 0.3  # s, with power again
@@ -55,15 +55,15 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     )
     notes: tuple[str, ...] = (
         f"The overload is an acceleration of the base along {' or '.join(subject.directions_of_contact)}, in either "
-        f"sense, that rises by {OVERLOAD_STEP:g} g every {1e3 * OVERLOAD_TIME:g} ms, in addition to gravity and "
+        f"direction, that rises by {OVERLOAD_STEP:g} g every {1e3 * OVERLOAD_TIME:g} ms, in addition to gravity and "
         "unbalance; the worst is judged.",
         "A rotor that crosses the air gap of a magnet is in contact; if the magnet has power, the run ends.",
     )
     carried = _carried(subject, Omega, inputs)
     if carried:
         notes += (
-            f"The force along the shaft rises in {FORCE_STEPS} steps over {FORCE_STEPS * FORCE_TIME:g} s. A controller "
-            "whose integrator is slow carries less in this time than its magnet can.",
+            f"The force along the shaft rises in {FORCE_STEPS} steps over {FORCE_STEPS * FORCE_TIME:g} s. With a slow "
+            "integrator, the controller carries less in this time than its magnet could.",
         )
     return AnalysisResult((_relevitation(subject, again), overload, *carried), panels, (), notes)
 
@@ -82,7 +82,7 @@ def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
     largest = max(float(shares[is_off].max()) for shares in used.values())
     reason = "" if largest >= TOUCHED else f"the rotor touches nothing in {WITHOUT_POWER:g} s without power"
     if has_no_gravity(subject):
-        reason = "the machine has no gravity: nothing is lifted"
+        reason = "the machine has no gravity, so there is nothing to lift"
     reason = upright(subject) or reason
     when = f"{BACK:g} s after the power returns" if again.outcome.failure is None else "where the run ends"
     where = f"{site}, {when}"
@@ -112,7 +112,7 @@ def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]
         carried = sign * float(forces[FORCE_STEPS if step is None else max(step - 1, 0)])
         found.append((max(carried, 0.0), "along +z" if sign > 0.0 else "along -z"))
     value, where = min(found)
-    note = f"its capacity by formula, without the limits of the controller, is {capacity:.4g} N"
+    note = f"its capacity by formula, which ignores the limits of the controller, is {capacity:.4g} N"
     return (Quantity("axial_capacity", where, value, "N", {"capacity": capacity}, note),)
 
 

@@ -106,10 +106,12 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     heads = ("place", "free (s)", "sliding (s)", "rolling (s)", "whirl", "heat (J)", "temperature (°C)")
     rows = tuple((site, *_texts(result)) for site, result in touchdown.retainers.items())
     notes = (
-        f"From {rpm(Omega):.0f} rpm with friction {FRICTION:g}, drive off and free spin. At rest: the rotor "
-        f"stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run ends at "
-        f"{100.0 * STOPPED:g} % of its speed, at the latest after {longest(subject, LONGEST, MOST_STEPS):.4g} s. It "
-        f"ends earlier if the rotor would turn for longer than that, and the run of half the time predicted the "
+        f"From {rpm(Omega):.0f} rpm with friction {FRICTION:g}, drive off and free spin. The rotor is at "
+        f"rest if it stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run "
+        f"ends "
+        f"at {100.0 * STOPPED:g} % of the initial speed, or after {longest(subject, LONGEST, MOST_STEPS):.4g} s at the "
+        f"latest. It ends earlier if the rotor would turn for longer than that, and the run of half the time "
+        f"predicted the "
         f"same standstill within {100.0 * SAME_TIME:g} % and the same rest or steady rocking.",
         "In addition to friction, the machine's drag brakes it: spin.drag (gas, windage), race_drag and "
         "race_viscous_drag (balls). A race without drag rotates with the rotor for minutes and absorbs hardly any "
@@ -198,7 +200,7 @@ def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speed
     end, sites = float(times[-1]), touchdown.retainers
     where, rest = f"in {end:.4g} s without power", touchdown.rest_after
     rocking = "" if touchdown.rocks_within is None else f"; it swings up to {touchdown.rocks_within:.2g} deg"
-    note = f"not at rest within {end:.4g} s, the end of the run{rocking}" if rest is None else ""
+    note = f"not at rest within {end:.4g} s, when the run ends{rocking}" if rest is None else ""
     yield Quantity("rest_time", where, end if rest is None else rest, "s", {}, note)
     heat = sum(item.heat or 0.0 for item in sites.values())
     yield Quantity("retainer_heat", where, heat, "J")
@@ -225,7 +227,7 @@ def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speed
     yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + coasting.heat, "J", {}, basis)
     if hottest is not None:
         most = max(_at_most(subject, touchdown, site, coasting.heat) for site in sites)
-        bound = "extrapolated, as if retainers dissipated no heat"
+        bound = "extrapolated as if the retainers dissipated no heat"
         yield Quantity("temperature_to_standstill", "at most", most, "K", {}, bound)
 
 
@@ -236,7 +238,7 @@ def _landed(subject: AssessedMachine, touchdown: Touchdown, times: Array) -> Ite
     whirls = touchdown.whirls_backward_at
     ends = touchdown.rest_after, touchdown.rocks_within, touchdown.slow_after
     ended = any(time is not None for time in ends)
-    reason = "" if ended else f"neither at rest nor in steady rocking within {end}, the end of the run"
+    reason = "" if ended else f"neither at rest nor rocking steadily within {end}, when the run ends"
     no_landing = upright(subject)
     reason = no_landing or reason
     least = whirl_friction(subject, FRICTION)
@@ -303,14 +305,14 @@ def _convergence(
     runs = {n: simulate(item, Omega, inputs, end_time=CONVERGENCE, **lost) for n, item in machines.items()}
     forces = [_largest(run) for run in runs.values()]
     if not all(forces):
-        reason = f"the rotor touches nothing within {CONVERGENCE:g} s without power, so that no force can be compared"
+        reason = f"the rotor touches nothing within {CONVERGENCE:g} s without power, so there is no force to compare"
         return [Quantity("landing_force_change", "no contact", 0.0, "%", note=reason, chaotic=reason)]
     change = 100.0 * abs(forces[1] / forces[0] - 1.0)
     note = (
         f"{forces[0]:.4g} N with {retained} shapes per plane of motion, {forces[1]:.4g} N with {more}; mean over 1 ms"
     )
     whirling = " and ".join(f"{n} shapes" for n, run in runs.items() if _whirls_backward(run))
-    reason = f"the landing with {whirling} whirls backward, and the force of such a landing is chance"
+    reason = f"the landing with {whirling} whirls backward, and the force of such a landing depends on chance"
     chaotic = reason if whirling else ""
     return [Quantity("landing_force_change", "largest force, twice the modes", change, "%", {}, note, chaotic=chaotic)]
 

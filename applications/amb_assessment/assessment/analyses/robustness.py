@@ -24,12 +24,12 @@ from amb_assessment.assessment.physics.stability import (
 from amb_assessment.assessment.physics.stages import real_coefficients
 
 declare("spectral_radius_varied", "1", ("growth_rate", "frequency", "N"))
-declare("decrement_varied", "1", ("frequency", "N"), "Least logarithmic decrement within the tolerances")
+declare("decrement_varied", "1", ("frequency", "N"), "Smallest logarithmic decrement within the tolerances")
 declare("sensitivity_varied", "1")
 
 SPEEDS = 9  # of a corner from zero to the trip speed, before refinement about the least stable one and least decrement
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
-UNSTABLE_CORNER = f"the loop is not stable, so that its sensitivity has no bound; the data have {NO_SENSITIVITY:g}"
+UNSTABLE_CORNER = f"the loop is not stable, so its sensitivity is unbounded; the data contain {NO_SENSITIVITY:g}"
 NO_BOUND = "without bound"
 
 
@@ -82,8 +82,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"Tolerances: {shares}, all corners. Stability is judged from zero to the trip speed, decrements from the "
         "smallest speed to the trip speed, and sensitivities, up to half the sample rate, at the smallest and the "
         "largest speed; for the corner with the largest sensitivity also between these. A gap wider by a "
-        "fraction d divides K_i by (1 + d)^2 and K_s by (1 + d)^3. Modes are the free rotor's bending modes, all "
-        "with the same factor.",
+        "fraction d divides K_i by (1 + d)^2 and K_s by (1 + d)^3. The modes are the free rotor's bending modes, "
+        "which all change by the same factor.",
     )
     heads = ("changed", "largest |z|", "of", "least decrement", "largest |S|")
     return AnalysisResult(tuple(measured), (), (ResultTable("Corners of the tolerances", heads, tuple(rows)),), notes)

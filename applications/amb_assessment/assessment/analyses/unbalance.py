@@ -64,13 +64,15 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     placed = ResultTable("Unbalance of each mode", ("case", "unbalance, with its sign"), _placed(subject, cases, total))
     notes = (
         f"Unbalance: {FACTOR:g} U_r = {1e6 * total:.4g} g mm in total, U_r = 6350 m/N g mm with the mass m in kg; "
-        f"each lobe of a mode's shape has its share by mass times shape, at its antinode. Shapes are undamped, without "
+        f"each lobe of a mode's shape receives a share at its antinode, in proportion to mass times shape. Shapes are "
+        f"undamped, without "
         "seals and stages; the response includes both. Speeds up to 1.5 times the largest.",
-        "Critical speeds are peaks of this response. Unbalance at other places has its peaks at other speeds, also in "
-        "`amb-cosim study unbalance_response`, which takes the unbalances of a scenario.",
+        "Critical speeds are peaks of this response. Unbalance at other places has peaks at other speeds. This "
+        "includes `amb-cosim study unbalance_response`, which uses the unbalances of a scenario.",
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
-        "A_vl/A_max, probe limit over largest displacement at the probes in operation, from 1 to 6. The published text "
-        "states only the 6; the scale represents vibration that rises to the limit, so it never reduces a share. "
+        "A_vl/A_max, the probe limit over the largest displacement at the probes in operation, limited to 1 to 6. The "
+        "published text states only the 6; the scale represents vibration that rises to the limit, so it never "
+        "reduces a share. "
         "The offset of a place adds to the scaled major axis.",
         NEARER,
         *table_notes(subject, float(speeds[-1])),

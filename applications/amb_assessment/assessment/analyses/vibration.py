@@ -36,12 +36,13 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         curves.append(curve(f"{name}, {rpm(Omega):.0f} rpm", cycles, 100.0 * used[name]))
         placed.append(f"{response.unbalance.note} at {rpm(Omega):.0f} rpm")
     notes = (
-        f"Unbalance of the balancing grade, all of it at the rotor's planes, for the worst mode: {'; '.join(placed)}. "
+        f"The unbalance of the balancing grade acts entirely at the rotor's planes, for the worst mode: "
+        f"{'; '.join(placed)}. "
         f"The largest steady response between the least and the largest speed is at {rpm(worst.Omega):.0f} rpm, "
         f"{100.0 * worst.share:.3g} % of the clearance at {worst.site}.",
         NEARER,
-        "Sensor noise and converter resolution are the start values of the controller, unless the machine defines its "
-        "signal chain.",
+        "Sensor noise and converter resolution are the controller's defaults, unless the machine defines its signal "
+        "chain.",
     )
     return AnalysisResult(
         tuple(measured), (Panel("Displacement over clearance", "cycle", "%", tuple(curves)),), (), notes

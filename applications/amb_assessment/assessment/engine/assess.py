@@ -179,7 +179,7 @@ class Assessment:
             return {}
         measured = {finding.measured.quantity for finding in self.findings}
         return {
-            item.key: f"no part that was computed has {item.quantity} of this machine"
+            item.key: f"no computed part contains {item.quantity} of this machine"
             for item in self.own
             if item.quantity not in measured
         }
@@ -283,8 +283,9 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> AssessedMac
     """
     if file.shaft_tilt and not file.axial_gravity:
         raise ValueError(
-            f"machine {file.name}: gravity = 0 m/s2 is not allowed with tilt = {file.tilt}, which divides it; it must "
-            "be that of a horizontal machine, such as gravity = '9.81 m/s^2' in the machine file"
+            f"machine {file.name}: gravity = 0 m/s2 is not allowed with tilt = {file.tilt}, which only sets its "
+            "direction; it must be the gravity of a horizontal machine, such as gravity = '9.81 m/s^2' in the machine "
+            "file"
         )
     subject = assessed_machine_of(file, flavour)
     _ = subject.loop.axes, subject.facts

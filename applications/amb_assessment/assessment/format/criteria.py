@@ -79,12 +79,13 @@ class Criterion(Table):
     def _is_complete(self) -> Criterion:
         if self.known == "missing":
             if self.limit or self.zones:
-                raise ValueError(f"criterion {self.key} is missing but has limits; state their source")
+                raise ValueError(f"criterion {self.key} has known = 'missing' but has limits; state their source")
         elif bool(self.limit) == bool(self.zones):
             raise ValueError(f"criterion {self.key} needs either limit or zones")
         if self.zones and (self.accepted not in self.zones or not self.beyond):
             raise ValueError(
-                f"criterion {self.key} with zones needs beyond, and accepted, one of {', '.join(self.zones)}"
+                f"criterion {self.key} with zones needs both beyond and accepted; accepted must be one of "
+                f"{', '.join(self.zones)}"
             )
         if self.zones and list(self.zones.values()) != sorted(self.zones.values()):
             raise ValueError(f"criterion {self.key}: zones must ascend")

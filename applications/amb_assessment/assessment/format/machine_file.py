@@ -150,7 +150,12 @@ class CompressorStage(Table):
         if self.cross_coupling is not None:
             name = f"cross_coupling of stage at {self.at}"
             Q = quantity(self.cross_coupling, "N/m", name)
-            require(Q >= 0.0, name, stated(f"{Q:g} N/m", self.cross_coupling), ">= 0 N/m, which drives forward whirl")
+            require(
+                Q >= 0.0,
+                name,
+                stated(f"{Q:g} N/m", self.cross_coupling),
+                ">= 0 N/m (positive values drive forward whirl)",
+            )
             return Q
         P, D, H = (
             positive(getattr(self, name) or 0.0, unit, f"{name} of stage at {self.at}")

@@ -119,7 +119,7 @@ class ThrustBearing(Table):
             both = f"{', '.join(OF_GEOMETRY)}, or the {', '.join(OF_DATA_SHEET)} of a data sheet"
             raise ValueError(f"the thrust bearing needs either {both}")
         if sheet and self.iron is not None and self.iron.corner is None:
-            raise ValueError("iron of a thrust bearing with k_i and k_s needs corner, since its gap is not stated")
+            raise ValueError("iron of a thrust bearing with k_i and k_s needs corner, because its gap is not stated")
         try:
             _ = self.bearing
             omega_b, (low, high) = self.amplifier_bandwidth, self.thrusts
@@ -191,7 +191,7 @@ class ThrustBearing(Table):
                 "one of each"
             )
         if len(controller.laws) > 1:
-            raise ValueError(f"controller {name} of the thrust bearing depends on speed; it must be one law")
+            raise ValueError(f"controller {name} of the thrust bearing depends on speed; it must have one law")
         delay = float(controller.starts.get("delay", 0.0))
         return AxialControl(controller.law_at(), controller.sample_time, delay)
 

@@ -99,7 +99,10 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
     if not across and not along:
         criteria_line += "; the machine has no gravity, so nothing lands"
     if along:
-        criteria_line += f"; {abs(along) * rotor.mass:.4g} N of the weight act along the shaft, on no radial bearing"
+        criteria_line += (
+            f"; {abs(along) * rotor.mass:.4g} N of the weight act along the shaft, where radial "
+            f"bearings do not carry them"
+        )
     warnings = [f"warning: {sentence}" for sentence in subject.prepared.warnings]
     tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
     tables += [axial] if subject.file.thrust_bearing is not None else []
@@ -141,7 +144,7 @@ def inductance_doubt(axis: str, value: float, gap_inductance: float) -> list[str
     if gap_inductance / LEAKAGE <= value <= gap_inductance * LEAKAGE:
         return []
     doubt = (
-        f"inductance_{axis[-1]} = {value:.4g} mH, but {gap_inductance:.4g} mH by turns, area and gap: check its unit"
+        f"inductance_{axis[-1]} = {value:.4g} mH, but turns, area and gap give {gap_inductance:.4g} mH: check its unit"
     )
     return [f"{axis}: {doubt}"]
 

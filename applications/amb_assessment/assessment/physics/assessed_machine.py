@@ -94,7 +94,7 @@ class AssessedMachine(Machine):
             axes = ", ".join(self.run_loop.axis_names)
             raise ValueError(
                 f"the thrust bearing of {self.file.name} needs a controller: its own file, or an axis along the shaft "
-                f"of the machine's controller, which has {axes}"
+                f"in the machine's controller, which has only {axes}"
             )
         if named is not None and channel is not None and named.differs_from(channel):
             raise ValueError(

@@ -120,6 +120,6 @@ def axial_instability(subject: AssessedMachine) -> str:
     if beyond:
         capacity = subject.file.thrust_bearing.bearing.capacity
         forces = " and ".join(f"{load:.4g} N" for load in beyond)
-        return f"the thrust bearing cannot carry {forces}, its capacity is {capacity:.4g} N"
+        return f"the thrust bearing cannot carry {forces}; its capacity is {capacity:.4g} N"
     name, worst = least_stable_case({case.name: case for case in load_cases(subject)})
     return "" if worst.is_stable else f"the axial loop under {name} is not stable: {worst.motion}"

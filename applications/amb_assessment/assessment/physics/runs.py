@@ -306,7 +306,7 @@ def upright(subject: AssessedMachine) -> str:
     """Return why a landing of an upright machine is not that of the machine; empty if something stops its fall."""
     if subject.gravity_across or not subject.file.axial_gravity or subject.falls_onto_a_face:
         return ""
-    return "gravity acts along the shaft alone, and its rotor file has no [[faces]] that stop the fall"
+    return "gravity acts only along the shaft, and the rotor file has no [[faces]] to stop the fall"
 
 
 def has_no_gravity(subject: AssessedMachine) -> bool:

@@ -47,7 +47,9 @@ def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
     least: Quantity = subject.linear_components.cached("whirl friction", lambda: find(subject))
     open_ended = ""
     if standing and least.facts["stiffer"] < MARGIN * friction:
-        open_ended = f"a face {UNKNOWN:g} times as stiff drives whirl from friction {least.facts['stiffer']:.3g} on"
+        open_ended = (
+            f"on a face {UNKNOWN:g} times as stiff, friction of {least.facts['stiffer']:.3g} or more drives whirl"
+        )
     return replace(least, facts={"friction": friction}, may_worsen_because=open_ended)
 
 
@@ -66,7 +68,7 @@ def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
         for factor in (1.0, UNKNOWN, 1.0 / UNKNOWN)
     )
     note = (
-        "friction with which whirl grows twentyfold before the race follows; the stiffness of the face has not been "
+        "friction at which whirl grows twentyfold before the race follows; the stiffness of the face has not been "
         f"measured: with {UNKNOWN:g} times this stiffness the value is {stiffer:.3g}, with a third of it {softer:.3g}"
     )
     return Quantity("whirl_friction", where, value, "1", {"stiffer": stiffer}, note)
@@ -74,7 +76,7 @@ def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
 
 def _least_friction(subject: AssessedMachine) -> Quantity:
     if not subject.gravity_across and subject.file.axial_gravity:
-        note = "gravity acts along the shaft alone: no fall passes a top"
+        note = "gravity acts only along the shaft, so no fall passes over a top"
         return Quantity("whirl_friction", "upright", MOST, "1", note=note, chaotic=note)
     highest = subject.file.speed.tripping
     scenario = co_simulated(subject, subject.file.speed.highest)
@@ -100,8 +102,8 @@ def _least_friction(subject: AssessedMachine) -> Quantity:
     n, k = np.unravel_index(int(values.argmin()), values.shape)
     value, where = float(values[n, k]), " and ".join(subject.retainers[j] for j in sets[k])
     usual = (
-        "rigid retainers without damping have 0.237, and less with a strong gyroscopic effect or a small share of the "
-        "weight"
+        "for rigid retainers without damping, the value is 0.237, or less with a strong gyroscopic effect or a small "
+        "share of the weight"
     )
     note = f"no whirl up to {MOST:g}" if value >= MOST else usual
     return Quantity("whirl_friction", f"{where}, {rpm(speeds[n]):.0f} rpm", value, "1", note=note)
@@ -114,7 +116,7 @@ def chance(least: Quantity) -> str:
         return ""
     return (
         f"friction of {friction:g} is more than half of the {least.value:.3g} that drives a landing into whirl, "
-        "so that chance decides on each landing"
+        "so chance decides on each landing"
     )
 
 

@@ -35,7 +35,7 @@ class BuildTarget:
         if self.platforms is not None:  # an iterator would serve only the first of several FMUs
             object.__setattr__(self, "platforms", tuple(self.platforms))
         if self.fmi == 2 and not self.arrays:
-            raise ValueError("FMUs without arrays are of FMI 3.0 (--fmi 3); FMI 2.0 has no arrays")
+            raise ValueError("FMUs without arrays require FMI 3.0 (--fmi 3); FMI 2.0 never has arrays")
         if self.flavour == "python" and self.fmi != 2:
             raise ValueError("FMI 3.0 requires native FMUs; PythonFMU supports only FMI 2.0")
         if self.flavour == "python" and self.sources:

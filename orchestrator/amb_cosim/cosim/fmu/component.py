@@ -373,5 +373,5 @@ class FmuComponent:
             _corrupted.add(self._folder)
         end = self._binding.end_of_run(function, status)
         texts = [*self._log.explanations(), *self._binding.reasons(function, status)]
-        status_text = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not have"
+        status_text = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not define"
         return FmuError(function, status_text, texts, end)

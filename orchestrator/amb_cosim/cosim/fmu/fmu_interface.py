@@ -125,10 +125,12 @@ class TextVariable:
         if self.size != 1:
             raise ValueError(f"{name} is an array of type {self.type}, which cannot be set; scalars can")
         if not isinstance(raw, str):
-            raise ValueError(f"{name} = {raw} is not allowed; it is a {self.type} and must be a text in quotes")
+            raise ValueError(f"{name} = {raw} is not allowed; it is a {self.type} and must be text in quotes")
         if self.type == "String":
             if "\0" in raw:
-                raise ValueError(f"{name} = {raw!r} is not allowed; a String must have no character of code 0")
+                raise ValueError(
+                    f"{name} = {raw!r} is not allowed; a String must not contain the character with code 0"
+                )
             return raw
         try:
             return bytes.fromhex(raw)

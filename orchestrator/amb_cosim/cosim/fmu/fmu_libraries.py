@@ -32,7 +32,7 @@ def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
     identifier = interface.identifier
     if not re.fullmatch(r"\w[\w .+-]*", identifier):
         raise ValueError(
-            f"{what}: modelIdentifier = {identifier!r} is not allowed; it must be a name in C, and no path"
+            f"{what}: modelIdentifier = {identifier!r} is not allowed; it must be a valid name in C, not a path"
         )
     platform = fmpy.platform_tuple if interface.fmi == 3 else fmpy.platform
     place = folder / "binaries" / platform
@@ -48,7 +48,7 @@ def _check_script(resources: Path, what: str) -> None:
     """Raise ValueError if the script that PythonFMU's library loads is missing."""
     name_file = resources / PYTHONFMU.decode()
     if not name_file.is_file():
-        raise ValueError(f"{what} is damaged: resources/{name_file.name} is missing, which names its script")
+        raise ValueError(f"{what} is damaged: resources/{name_file.name}, which names its script, is missing")
     script = resources / f"{name_file.read_text(encoding='utf-8', errors='replace').strip()}.py"
     if not script.is_file():
         raise ValueError(f"{what} is damaged: its script resources/{script.name} is missing")

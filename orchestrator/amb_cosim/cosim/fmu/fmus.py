@@ -66,7 +66,7 @@ class MadeModel(Protocol):
 
 
 FmuSource = str | MadeModel
-"""The name of a model, the file that a model is made from, the path of an FMU, or an object that stands for it."""
+"""The name of a model, the file from which a model is made, the path of an FMU, or an object that represents one."""
 
 Source = Callable[..., "tuple[Model, Array]"]
 S = TypeVar("S", bound=Source)
@@ -228,7 +228,7 @@ def provide(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
 def note_first_loading(fmu: Fmu) -> None:
     """Print a notice if an FMU given as a file is loaded here for the first time; call it before loading."""
     if fmu.flavour == "file" and is_first_loading(fmu.folder):
-        log.warning("%s runs here for the first time: an FMU is a program with all your permissions", fmu.path)
+        log.warning("%s runs here for the first time: an FMU is a program that has all your permissions", fmu.path)
 
 
 def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:

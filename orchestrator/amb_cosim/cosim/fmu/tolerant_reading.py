@@ -57,7 +57,7 @@ def _identifier_fault(description: Any) -> tuple[str, ...]:
     identifier = getattr(description.coSimulation, "modelIdentifier", None)
     if identifier is None or re.fullmatch(r"[A-Za-z_]\w*", identifier, re.ASCII):
         return ()
-    return (f"modelIdentifier = {identifier!r} is not a name in C",)
+    return (f"modelIdentifier = {identifier!r} is not a valid name in C",)
 
 
 def _read_corrected(file: Path) -> Any:

@@ -73,7 +73,7 @@ def with_own_names(dataset: xr.Dataset) -> xr.Dataset:
     names = {name: variable.attrs[NAME] for name, variable in dataset.data_vars.items() if NAME in variable.attrs}
     for name in names:
         if not isinstance(names[name], str):
-            raise ValueError(f"{NAME} of {name} is not allowed; it must be a text")
+            raise ValueError(f"{NAME} of {name} is not allowed; it must be text")
         del dataset[name].attrs[NAME]
     return dataset.rename(names)
 

@@ -108,8 +108,8 @@ class Recorder:
             every_step = f", and of {len(self.each)} of them in {n_steps} rows of steps," if len(self.each) else ""
             raise ValueError(
                 f"the record of {len(self._positions)} variables at {rows} points{every_step} needs {size / 1e9:.3g} "
-                f"GB of memory, and this machine has {most / 1e9:.3g} GB; fewer record.variables of the scenario or a "
-                "shorter end_time reduce it"
+                f"GB of memory, and this machine has {most / 1e9:.3g} GB; to reduce the record, set fewer "
+                "record.variables or a shorter end_time in the scenario"
             )
         try:
             self._grow(rows)

@@ -51,7 +51,7 @@ def check_content(path: Path) -> None:
                 raise ValueError(f"{item.name} and {MOST_UNLIMITED} other arrays have no fixed length, or no values")
             described += _described(item)
             if stored + described > size:
-                raise ValueError(f"{item.name} and what precedes it take more bytes than the file has ({size})")
+                raise ValueError(f"{item.name} and the data before it take more bytes than the file has ({size})")
 
 
 def _objects(file: Any) -> Iterator[Any]:
@@ -63,7 +63,7 @@ def _objects(file: Any) -> Iterator[Any]:
         for name in group:
             where = f"{group.name.rstrip('/')}/{name}"
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                raise ValueError(f"{where} is a link, which is not allowed; data must lie in the file itself")
+                raise ValueError(f"{where} is a link, which is not allowed; data must be in the file itself")
             item = group[name]
             if (address := h5py.h5o.get_info(item.id).addr) in seen:
                 raise ValueError(f"{where} is a second name of the same data, which is not allowed")
@@ -82,19 +82,23 @@ def _stored(array: Any) -> int:
         raise ValueError(f"{array.name} has {array.size} values, which is not allowed; it must have {other[0]}")
     created = array.id.get_create_plist()
     if created.get_external_count() or created.get_layout() == h5py.h5d.VIRTUAL:
-        raise ValueError(f"{array.name} lies in another file, which is not allowed")
+        raise ValueError(f"{array.name} is in another file, which is not allowed")
     if array.dtype.kind not in NUMBERS:
-        raise ValueError(f"{array.name} has the type {array.dtype}, which is not allowed; it must be of numbers")
+        raise ValueError(f"{array.name} has the type {array.dtype}, which is not allowed; it must be numeric")
     filters = [created.get_filter(k)[0] for k in range(created.get_nfilters())]
     if not set(filters) <= FILTERS.keys() or len(set(filters)) < len(filters):
-        raise ValueError(f"{array.name} has other filters than {', '.join(FILTERS.values())}, or one of them twice")
+        raise ValueError(
+            f"{array.name} has filters other than {', '.join(FILTERS.values())}, or uses one of them twice"
+        )
     stored = int(array.id.get_storage_size())
     if not array.size:
         return stored
     chunk = array.chunks or array.shape
     announced = array.dtype.itemsize * math.prod(-(-n // m) * m for n, m in zip(array.shape, chunk, strict=True))
     if announced > stored * (MOST_INFLATED if array.chunks else 1):
-        raise ValueError(f"{array.name} announces {announced} bytes, which its {stored} bytes in the file cannot hold")
+        raise ValueError(
+            f"{array.name} declares {announced} bytes, but its {stored} bytes in the file cannot hold them"
+        )
     return stored
 
 
@@ -120,13 +124,13 @@ def _described(item: Any) -> int:
         if name == REFERENCES and not kind.detect_class(h5py.h5t.VLEN):
             continue
         if kind.get_class() not in PLAIN:
-            raise ValueError(f"the attribute {name} of {item.name} is neither a number nor a text")
+            raise ValueError(f"the attribute {name} of {item.name} is neither a number nor text")
         if kind.get_class() == h5py.h5t.STRING and kind.is_variable_str():
             if values > 1:
-                raise ValueError(f"the attribute {name} of {item.name} has {values} texts; one is allowed")
+                raise ValueError(f"the attribute {name} of {item.name} has {values} texts; only one is allowed")
             described += len(str(item.attrs[name]))
         if name == "_FillValue" and (values != 1 or np.dtype(kind.dtype).kind not in NUMBERS):
             raise ValueError(f"the attribute {name} of {item.name} is not allowed; it must be a number")
         if name in TEXTS and kind.get_class() != h5py.h5t.STRING:
-            raise ValueError(f"the attribute {name} of {item.name} is not allowed; it must be a text")
+            raise ValueError(f"the attribute {name} of {item.name} is not allowed; it must be text")
     return described

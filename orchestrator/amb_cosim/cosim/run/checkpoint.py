@@ -141,7 +141,7 @@ class Checkpoint:
             rest = list_differences({**self.past, "fmus": None}, {**past, "fmus": None})
             lines = "\n".join(filter(None, (others, rest)))
         if lines:
-            raise ValueError(f"{self.title} at t = {self.time:.9g} s is of another run, which differs in\n{lines}")
+            raise ValueError(f"{self.title} at t = {self.time:.9g} s belongs to another run, which differs in\n{lines}")
 
     def save(self, path: str | Path) -> Path:
         """Write the checkpoint to a file, which appears completely or not at all, and return its path.
@@ -152,7 +152,7 @@ class Checkpoint:
             If the states are held only in the memory of loaded FMUs.
         """
         if self.is_held:
-            raise ValueError("the state cannot be written, because it is in the memory of its FMUs")
+            raise ValueError("the state cannot be written, because its FMUs hold it in memory")
         head = {
             "version": VERSION,
             **{name: getattr(self, name) for name in Head.model_fields if name not in OF_FILE},
@@ -205,7 +205,7 @@ class Checkpoint:
             raise ValueError(
                 f"{path} is not a checkpoint, or is damaged; it must be an unchanged file from --save-at"
             ) from error
-        raise ValueError(f"{path} is a checkpoint of format {version}; it must be {VERSION}, as this version writes it")
+        raise ValueError(f"{path} is a checkpoint of format {version}; this version reads only format {VERSION}")
 
     @classmethod
     def _read(cls, head: Head, arrays: Mapping[str, Any]) -> Checkpoint:

@@ -30,7 +30,7 @@ def check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) -> 
     rows = complete_rows(plan.first_recorded, start.point, start.steps_in_row)
     has_steps = not start.recorded_each or (len(start.steps), len(start.rest)) == rows
     if not has_steps or not np.array_equal(start.points, due[due % plan.record_every == 0]):
-        raise ValueError(f"{start.title} has another record; it must have all points before the checkpoint")
+        raise ValueError(f"{start.title} has a different record; it must contain all points before the checkpoint")
     n, inputs = len(start.scales), len(master.scales) if master.coupling == "iterative" else 0
     if n != inputs:
         raise ValueError(

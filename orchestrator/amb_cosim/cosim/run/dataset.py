@@ -88,7 +88,11 @@ class Run:
         if n in self.checkpoints:
             return self.checkpoints[n]
         saved = [f"{checkpoint.time:.9g} s" for checkpoint in self.checkpoints.values()]
-        hint = f"there are {', '.join(saved)}" if saved else "run with save_at saves them, as far as the run gets"
+        hint = (
+            f"there are {', '.join(saved)}"
+            if saved
+            else "run with save_at to save them; moments that the run did not reach are missing"
+        )
         raise ValueError(f"{'no moment is named' if moment is None else f'no checkpoint at {moment}'}; {hint}")
 
     def _save(self, path: Path) -> None:
@@ -234,22 +238,22 @@ def _check_form(dataset: xr.Dataset) -> None:
     """
     for name, variable in dataset.variables.items():
         if variable.dims not in (("time",), (EACH_STEP,)) or variable.dims[0] not in dataset.coords:
-            raise ValueError(f"{name} must be over time or {EACH_STEP}, which must be there")
+            raise ValueError(f"{name} must have the dimension time or {EACH_STEP}, with its coordinate")
         n, shape = dataset.sizes[variable.dims[0]], np.shape(variable.values)
         if shape != (n,):  # h5netcdf does not compare them
             raise ValueError(f"{name} has the shape {shape}, which is not allowed; it must be ({n},)")
         _check_flags(str(name), variable.attrs)
         for label in set(LABELS) & variable.attrs.keys():
             if not isinstance(variable.attrs[label], str):
-                raise ValueError(f"{label} of {name} is not allowed; it must be a text")
+                raise ValueError(f"{label} of {name} is not allowed; it must be text")
     for name in {"time", EACH_STEP} & set(dataset.sizes):
         times, unit = dataset[name].values, dataset[name].attrs.setdefault("units", "s")
         if unit != "s":
             raise ValueError(f"units of {name} = {unit!r} is not allowed; it must be s")
         if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
-            raise ValueError(f"{name} must be finite, and must not descend")
+            raise ValueError(f"{name} must be finite and must not decrease")
     if "time" not in dataset.sizes:
-        raise ValueError("it has no time")
+        raise ValueError("it has no dimension time")
 
 
 def _check_flags(name: str, attributes: Mapping[str, Any]) -> None:

@@ -53,7 +53,9 @@ def run_isolated(plan: Plan, options: RunOptions) -> Recording:
                 process.terminate()
                 is_ending, notice_at = True, time.monotonic() + NOTICE_DELAY
             if time.monotonic() > notice_at:
-                log.warning("waiting for the end of a step of %s; a second Ctrl-C ends it at once", _names(assembly))
+                log.warning(
+                    "waiting for %s to complete its step; press Ctrl-C again to end it at once", _names(assembly)
+                )
                 notice_at = math.inf
             if (received := next_message(process, messages)) is None:
                 if time.monotonic() > latest + LONGEST_SILENCE:

@@ -89,7 +89,7 @@ def _content(
         return result
     is_inside = element.get("sourceBase") == "component"
     if is_inside and resources is None:
-        raise ValueError(f"{owner} has the source {source!r} in an FMU, but is not that of an FMU")
+        raise ValueError(f"{owner} has the source {source!r} in an FMU, but is not the binding of an FMU")
     return parse(
         document.file(source, resources if is_inside else None).read_bytes(), schema, f"{document.what}: {source}"
     )

@@ -65,14 +65,14 @@ def notes(run: Described, has_start_values: bool) -> bytes:
     parts = [
         f"# {run.name}",
         plan.system.description,
-        f"Written by {run.generator}. SystemStructure.ssd lacks the following, which SSP 1.0 cannot express, or has "
-        f"it only in annotations.",
+        f"Written by {run.generator}. SSP 1.0 cannot express the following settings, so SystemStructure.ssd lacks "
+        f"them or has them only in annotations.",
         "## Order and step",
         f"{sequence} Communication step: {h:g} s, from {plan.time(plan.first):.9g} s to {plan.time(plan.last):.9g} s.",
     ]
     slow = [f"`{c.name}`: {c.every} communication steps" for c in plan.system.components if c.every > 1]
     if slow:
-        parts.append("Components with steps of their own: " + "; ".join(slow) + ".")
+        parts.append("Components with their own steps: " + "; ".join(slow) + ".")
     if has_start_values:
         parts.append(
             "Parameters and initial inputs are also start values of the FMUs: a tool that ignores parameter bindings "
@@ -91,7 +91,7 @@ def notes(run: Described, has_start_values: bool) -> bytes:
             else "no connectors; initial values of inputs are their start values"
         )
         parts.append(
-            f"## Signals\n\nOne value for several inputs, or an input that changes; {how}.\n\n"
+            f"## Signals\n\nSignals that set several inputs, or change during the run; {how}.\n\n"
             "| signal | inputs | initial value |\n| --- | --- | --- |\n" + "\n".join(rows)
         )
     events = [

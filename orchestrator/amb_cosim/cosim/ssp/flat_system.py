@@ -84,11 +84,15 @@ class FlatSystem:
         ]
         for what, differing in (("kinds and types", self._contradictions()), ("units", other)):
             if differing:
-                notices.append(f"{what} of connectors are not those of the FMUs, which apply: {', '.join(differing)}")
+                notices.append(
+                    f"{what} of connectors differ from the FMUs, whose declarations apply: {', '.join(differing)}"
+                )
         if self._unconnected:
-            notices.append(f"connectors with a value are not connected; it is ignored: {', '.join(self._unconnected)}")
+            notices.append(f"values of connectors that are not connected are ignored: {', '.join(self._unconnected)}")
         if any(node.name == TIME for node in self.nets.delivered):
-            notices.append(f"the output {TIME} of the archive is not recorded; the times of the record have this name")
+            notices.append(
+                f"the output {TIME} of the archive is not recorded, because the record uses this name for its times"
+            )
         return tuple(notices)
 
     def _contradictions(self) -> list[str]:
@@ -117,12 +121,12 @@ class FlatSystem:
             for route in self.nets.claim(source):
                 if self.nets.causality(route.node) == "output":
                     both = f"{source.text} and {route.node.text}"
-                    raise ValueError(f"{self.what}: {both} are outputs that are connected with each other")
+                    raise ValueError(f"{self.what}: the outputs {both} are connected with each other")
                 outputs = self._ends(source, route.start_indices)
                 inputs = self._ends(route.node, route.end_indices)
                 if len(outputs) != len(inputs):
                     pair = f"{next(iter(outputs))} ({len(outputs)} values) and {next(iter(inputs))} ({len(inputs)})"
-                    raise ValueError(f"{self.what}: a connection joins {pair}, which must be equal in number")
+                    raise ValueError(f"{self.what}: a connection joins {pair}; the numbers must be equal")
                 self._check_law(route, {**outputs, **inputs})
                 factor, offset = route.law
                 for output, target in zip(outputs, inputs, strict=True):
@@ -217,8 +221,8 @@ class FlatSystem:
         for unit in units:
             if first is not None and conversion(first, unit) != UNCHANGED:
                 raise ValueError(
-                    f"{self.what}: connector {node.name} feeds variables in {first.name} and in {unit.name}; it needs "
-                    f"a unit of its own"
+                    f"{self.what}: connector {node.name} feeds variables in {first.name} and in {unit.name}; it must "
+                    f"state its own unit"
                 )
         return first
 
@@ -319,7 +323,7 @@ class FlatSystem:
         if not place:
             return values
         if len(place) > 1 or not 1 <= place[0] <= len(values):
-            raise ValueError(f"{self.what}: {name} has {len(values)} values and no element {list(place)}")
+            raise ValueError(f"{self.what}: {name} has {len(values)} values, but no element {list(place)}")
         return [values[place[0] - 1]]
 
     def _ends(self, node: Node, indices: tuple[int, ...]) -> dict[str, Port | None]:

@@ -229,7 +229,7 @@ class Hierarchy:
         if source is None:
             content = dictionary.find("ssb:SignalDictionary", NAMES)
             if content is None:
-                raise ValueError(f"{document.what}: signal dictionary {place} has no entries of SSP")
+                raise ValueError(f"{document.what}: signal dictionary {place} contains no SSP entries")
             check(content, DICTIONARY, f"{document.what}: signal dictionary {place}")
         else:
             content = parse(document.file(source).read_bytes(), DICTIONARY, f"{document.what}: {source}")

@@ -250,7 +250,7 @@ class Assignments:
         if name != signal.name:
             factor, offset = signal.laws.get(name, UNCHANGED)
             if factor == 0.0:
-                raise ValueError(f"{name} cannot be set; its value is {offset:g} whatever {signal.name} is")
+                raise ValueError(f"{name} cannot be set; its value is {offset:g} for any {signal.name}")
             value = (value - offset) / factor
         for end in signal.targets:
             convert(signal.value_at(end, value), self._settable(end, ("input",)), end)

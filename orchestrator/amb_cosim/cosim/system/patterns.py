@@ -59,7 +59,7 @@ def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInte
     ending = other.removeprefix(pattern)
     if not other.startswith(pattern) or is_pattern(ending):
         raise ValueError(
-            f"{link.source} and {link.target} are patterns and must be equal; that of the inputs may have an "
+            f"{link.source} and {link.target} are patterns and must be equal; the pattern of the inputs may have an "
             f"additional ending"
         )
     inputs = {port.name for port in interfaces[target].of("input")}

@@ -75,7 +75,7 @@ def _planned(experiment: Experiment, assembly: Assembly, values: Assignments) ->
     for event in due:
         name, value = values.read_change(event.variable, event.value)
         if name in ramped:
-            raise ValueError(f"an event cannot set {name}; a profile does")
+            raise ValueError(f"an event cannot set {name}, because a profile sets it")
         values.inputs.setdefault(name, values.start_value(event.variable))
         events.append((grid.nearest("time of event", event.time), name, value))
     settling, unsolved = _settling(experiment, common)
@@ -283,8 +283,8 @@ def _uneven_samples(components: Sequence[Component], values: Assignments, h: flo
         sample_time, step = _sample_time(component, values), component.every * h
         if sample_time is not None and not is_on_grid(round(in_steps(sample_time, step)), sample_time, step):
             yield (
-                f"{component.name} samples unevenly, up to {step:g} s early: sample_time = {sample_time:.12g} s is no "
-                f"whole multiple of its step of {step:g} s; linear models have even samples"
+                f"{component.name} samples unevenly, up to {step:g} s early: sample_time = {sample_time:.12g} s is "
+                f"not a whole multiple of its step of {step:g} s; linear models assume even samples"
             )
 
 

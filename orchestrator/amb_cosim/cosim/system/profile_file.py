@@ -54,14 +54,14 @@ def _columns(path: Path, what: str, _version: object) -> tuple[tuple[str, str, A
     headings, numbers = read_numbers(path, what, parse)
     (time, unit), *inputs = (_parted(heading) for heading in headings)
     if time != "time" or not inputs:
-        raise ValueError(f"{what} has the columns {', '.join(headings)}; it must have time first, and inputs after it")
+        raise ValueError(f"{what} has the columns {', '.join(headings)}; the first must be time, the others inputs")
     if not np.isfinite(numbers).all():
         raise ValueError(f"row {2 + np.argmin(np.isfinite(numbers).all(1))} of {what} has a value that is not finite")
     times, *columns = numbers.T
     times = times * quantity(f"1 {unit or 's'}", "s", f"time of {what}")
     if not np.all(np.diff(times) > 0.0):
         k = int(np.argmin(np.diff(times)))
-        raise ValueError(f"{what} has the time {times[k + 1]:g} s after {times[k]:g} s; times must rise")
+        raise ValueError(f"{what} has the time {times[k + 1]:g} s after {times[k]:g} s; times must increase")
     return tuple((name, unit, times, column) for (name, unit), column in zip(inputs, columns, strict=True))
 
 

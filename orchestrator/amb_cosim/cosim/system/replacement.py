@@ -153,7 +153,7 @@ def notices(system: System, interfaces: Interfaces, assigned: Iterable[str], dro
             continue
         unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in fed]
         if unfed and not is_model(component.fmu):
-            sentences.append(f"{name}: nothing feeds {', '.join(unfed)}; start values apply")
+            sentences.append(f"{name}: nothing feeds {', '.join(unfed)}, so start values apply")
     return sentences
 
 

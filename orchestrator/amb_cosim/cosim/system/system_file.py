@@ -227,7 +227,9 @@ def _without_source(system: System, component: str, pattern: str) -> System:
     inputs = [target.removeprefix(prefix) for _, target in system.feeds() if target.startswith(prefix)]
     if not any(is_pattern(name) or matches(name, pattern) for name in inputs):
         options = [*system.parameters.get(component, {}), *inputs]
-        raise ValueError(f"remove: the base sets and feeds no {pattern!r} of {component}; {suggest(pattern, options)}")
+        raise ValueError(
+            f"remove: the base neither sets nor feeds {pattern!r} of {component}; {suggest(pattern, options)}"
+        )
     links = (
         replace(link, but=(*link.but, pattern)) if link.target.startswith(prefix) else link
         for link in system.connections

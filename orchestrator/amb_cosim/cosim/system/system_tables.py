@@ -17,15 +17,15 @@ class ComponentTable(Table):
     """An instance of an FMU."""
 
     name: str
-    """Name in connections and values."""
+    """Name used in connections and values."""
     fmu: str
     """Name of a model of this package, or path of an FMU."""
     every: Count = 1
-    """Number of communication steps in one of its own."""
+    """Number of communication steps in one step of the component."""
     mandatory: tuple[str, ...] = ()
     """Inputs that a connection or a value must feed."""
     before: str | None = None
-    """Component of the base that it precedes."""
+    """Component of the base before which it steps."""
 
 
 class ConnectTable(Table):
@@ -36,7 +36,7 @@ class ConnectTable(Table):
     target: str = Field(alias="to")
     """Component with the inputs."""
     variables: tuple[str, ...] | dict[str, str]
-    """Names in both components, or pairs of output and input."""
+    """Names that both components share, or pairs of output and input."""
     option: str | None = None
     """Switch that enables the connection, such as `gradient`."""
 
@@ -75,11 +75,12 @@ class ProfileTable(Table):
     slope: str | None = None
     """Input for the slope (per s), if a component needs it."""
     file: str = ""
-    """Instead of these, a CSV file: a column `time (s)`, and one for each input with its unit, such as
-    `rotor_contact.base.a_x (m/s2)`. A column `time` is in seconds. Rows closer than communication steps
-    are averaged over each step."""
+    """CSV file in place of `points`: a column `time (s)`, and one for each input with its unit, such as
+    `rotor_contact.base.a_x (m/s2)`. A column `time` is in seconds. Rows closer together than communication steps are
+    averaged over each step.
+    """
     begin: Value = 0.0
-    """Time at which the file's time 0 is."""
+    """Time of the run at time 0 of the file."""
 
     @model_validator(mode="after")
     def _has_one_source(self) -> ProfileTable:
@@ -105,9 +106,9 @@ class StopTable(Table):
     below: Value | None = None
     """Upper limit."""
     hold_time: Value = 0.0
-    """Duration; with 0 a single point suffices."""
+    """Duration for which the condition must hold; with 0, a single point suffices."""
     from_time: Value | None = None
-    """Time from which it is checked; the beginning by default."""
+    """Time from which the signal is checked; by default the start."""
 
     def condition(self, beginning: float) -> StopCondition:
         """Return the condition, times in s; raises ValueError unless one of `above` and `below` is set."""
@@ -124,7 +125,7 @@ class Record(Table):
     every: Count = 1
     """Number of steps between samples."""
     settling: bool | None = None
-    """Whether times before 0 are recorded; by default those of a system file are, those of a scenario are not."""
+    """Whether times before 0 are recorded; by default true for a system file and false for a scenario."""
 
 
 class ExperimentTable(Table):
@@ -133,7 +134,7 @@ class ExperimentTable(Table):
     communication_step: Value
     """Communication step."""
     stop_time: Value
-    """End of the run; a last step is shorter if it must be."""
+    """End of the run; the last step is shortened if necessary."""
     start_time: Value = 0.0
     """Start; the record begins there."""
     inputs: Values = Field(default={})
@@ -143,7 +144,7 @@ class ExperimentTable(Table):
     profile: tuple[ProfileTable, ...] = ()
     """Inputs that change linearly."""
     stop: tuple[StopTable, ...] = ()
-    """Conditions that end the run before its end."""
+    """Conditions that end the run early."""
     record: Record = Record()
     """Recorded variables."""
 
@@ -176,9 +177,9 @@ class SystemTable(Table):
     """A system file without its base."""
 
     description: str = ""
-    """Description in one line."""
+    """One-line description."""
     coupling: Coupling = "gauss_seidel"
-    """Order of the components: each with the newest values, or all with those of the previous step."""
+    """Order of the components: each uses the newest values, or all use the values of the previous step."""
     unrecorded: tuple[str, ...] = ()
     """Patterns of variables that are recorded only if named."""
     parameters: dict[str, Values] = Field(default={})
@@ -190,7 +191,7 @@ class SystemTable(Table):
     signal: tuple[SharedSignalTable, ...] = ()
     """Values that feed several inputs."""
     experiment: ExperimentTable | None = None
-    """A run of it, for `amb-cosim simulate`."""
+    """Run of the system by `amb-cosim simulate`."""
 
 
 class OverlayTable(SystemTable):

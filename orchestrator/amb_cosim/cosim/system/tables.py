@@ -71,7 +71,7 @@ def check_bases(name: str, derived: tuple[str, ...]) -> None:
     """
     file = name.partition(" ")[2]
     if file in derived:
-        raise ValueError(f"{name}: it is its own base ({' -> '.join((*derived, file))})")
+        raise ValueError(f"{name}: the file is its own base ({' -> '.join((*derived, file))})")
     if len(derived) > MOST_BASES:
         raise ValueError(f"{name} is not allowed as a base: a file must have <= {MOST_BASES} bases in a chain")
 

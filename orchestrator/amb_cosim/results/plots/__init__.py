@@ -181,9 +181,9 @@ def _lacks(dataset: Signals, name: str) -> str:
     if name == "energy" and energies(dataset) is None:
         return "the run did not reach cycle 0, or did not record energy.*"
     if name == "touchdown" and touchdown(dataset) is None:
-        return "the run is without contact, or has neither gravity nor an amplifier off"
+        return "the run has no contact, or has neither gravity nor an amplifier that is off"
     if name == "magnets" and not _has_magnets(dataset):
-        return "no current and no force of a magnetic bearing was recorded"
+        return "neither a current nor a force of a magnetic bearing was recorded"
     return ""
 
 
