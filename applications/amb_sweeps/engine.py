@@ -209,7 +209,7 @@ class BatchScheduler:
         while self._waiting or self._suspects or self._running:
             self._interruption.check()
             if self._client.status == "closed":
-                raise ClusterFailed("the scheduler has ended")
+                raise ClusterFailed("the scheduler was stopped")
             workers = self._threads()
             alive = time.monotonic() if workers else alive
             if time.monotonic() > alive + START_TIME:

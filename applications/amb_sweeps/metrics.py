@@ -13,7 +13,7 @@ from amb_cosim.results.orbits import orbit_largest
 from amb_cosim.results.places import RotorPlaces, places
 
 KEY_VALUES = {  # unit and, unless the name says it, description
-    "contact": ("1", "1 if the rotor touched from cycle 0 on"),
+    "contact": ("1", "1 if the rotor touched at any time from cycle 0 on"),
     "recovered": ("1", "1 if the rotor is stable and free of contact for the last five cycles"),
     "rolling": ("1", "1 if the rotor rolled on a site through a full whirl revolution or more"),
     "contact_share": ("1", "Fraction of the time between disturbance and relief in contact"),

@@ -221,7 +221,7 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
     """
     path = Path(folder) / STORE
     if not (path / group / ".zattrs").is_file():
-        raise ValueError(f"no sweep in {folder}; it must be a folder with a {STORE} that a sweep has made")
+        raise ValueError(f"no sweep in {folder}; it must be a folder in which a sweep created {STORE}")
     return read_group(path, group)
 
 

@@ -104,7 +104,7 @@ def _check_feedback(bearings: Sequence[str], feedback: Sequence[str], planes: Se
             named = f"there is no plane {feedback[k]!r}; " if k < len(feedback) else ""
             there = f"the rotor has {'the' if planes else 'no'} sensor planes {', '.join(planes)}".rstrip()
             raise ValueError(
-                f"bearing {bearing!r} has no sensors: {named}{there}; its control needs a plane of its own"
+                f"bearing {bearing!r} has no sensors: {named}{there}; its control needs its own sensor plane"
             )
         if feedback[k] in feedback[:k]:
             other = bearings[feedback.index(feedback[k])]

@@ -79,7 +79,7 @@ def _harmonic(number: int) -> list[Variable]:
         _choice(
             f"harmonic{number}.order",
             f"Harmonic number {number} that is transformed and controlled, a multiple of the speed"
-            + ("" if first else "; 0: neither this one nor later ones"),
+            + ("" if first else "; 0: off, like all later harmonics"),
             1 if first else 0,
             1 if first else 0,
             LARGEST_ORDER,

@@ -98,11 +98,11 @@ def _check(archive: zipfile.ZipFile, entries: list[zipfile.ZipInfo]) -> None:
         if entry.flag_bits & ENCRYPTED:
             raise ValueError(f"{entry.filename} is encrypted, which is not allowed")
         if path.is_absolute() or ".." in path.parts:
-            raise ValueError(f"the entry {entry.filename} is not allowed; its path must lie in the archive")
+            raise ValueError(f"the entry {entry.filename} is not allowed; its path must be inside the archive")
         first = entry_by_path.setdefault("/".join(path.parts), entry)  # ./x and a//x are x and a/x
         if first is not entry and archive.read(first) != archive.read(entry):
             names = dict.fromkeys((first.filename, entry.filename))
-            raise ValueError(f"there are two entries {' and '.join(names)} that differ, which is not allowed")
+            raise ValueError(f"there are two different entries {' and '.join(names)}, which is not allowed")
 
 
 def _shortened(error: Exception) -> str:

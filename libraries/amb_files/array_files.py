@@ -131,7 +131,7 @@ def _load_npz(path: Path | IO[bytes], keys: Sequence[str]) -> dict[str, NDArray[
     except Exception as error:  # damaged files raise various errors
         reason = single_line(error)
         if "pickle" in reason:  # numpy's message suggests unpickling
-            reason = "it has an array of Python objects, which is not allowed"
+            reason = "it contains an array of Python objects, which is not allowed"
         raise ValueError(f"it cannot be read as an .npz file: {_cut(reason)}") from error
 
 

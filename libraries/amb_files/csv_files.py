@@ -82,7 +82,7 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
             expected = f"{len(headings)} values like the headings, separated by {SEPARATORS.get(separator, separator)}"
             raise ValueError(f"row {k} of {name} must have {expected}; it has {len(row)}{advice}")
     if duplicates := repeated(headings):
-        raise ValueError(f"{name} has two columns {duplicates[0]!r}; their headings must be unique")
+        raise ValueError(f"{name} has two columns called {duplicates[0]!r}; headings must be unique")
     return headings, _with_points(rows[1:], name) if separator != "," or '"' in text else rows[1:]
 
 

@@ -61,7 +61,7 @@ def _why_unreadable(distribution: Distribution) -> str:
     try:
         _ = distribution.entry_points
     except Exception as error:  # whatever the parser of the standard library raises
-        reason = getattr(error, "strerror", None) or "it has a line without a value"
+        reason = getattr(error, "strerror", None) or "a line has no value"
         return "it is not UTF-8" if isinstance(error, UnicodeDecodeError) else reason
     return ""
 

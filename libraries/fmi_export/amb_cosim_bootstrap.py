@@ -77,7 +77,7 @@ def refuse_other_code(built: dict[str, Any]) -> None:
         if _running.get(name) != expected:
             raise ImportError(
                 f"this process already runs another version of {name} (from {find(name)}) than the one "
-                f"{built['model']}.fmu was built from; rebuild the FMU or run it in a process of its own"
+                f"{built['model']}.fmu was built from; rebuild the FMU or run it in its own process"
             )
 
 

@@ -130,7 +130,7 @@ class Interface:
         """Return the position of a variable within the array of its causality."""
         names = [v.name for v in self.of(causality)]
         if name not in names:
-            raise ValueError(f"no {causality} called {name!r}; there are {', '.join(names)}")
+            raise ValueError(f"there is no {causality} called {name!r}; there are {', '.join(names)}")
         return names.index(name)
 
     @cached_property

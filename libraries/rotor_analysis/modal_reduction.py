@@ -167,7 +167,7 @@ def reduce_to_shapes(full: Matrices, space: ShapeSpace, places: tuple[int, ...])
         If the shapes do not distinguish the points.
     """
     if _independence(space, places) < LEAST_INDEPENDENCE:
-        what = f"{len(space.frequencies)} shapes in a plane of motion do not distinguish them"
+        what = f"the {len(space.frequencies)} shapes in a plane of motion cannot distinguish them"
         raise ValueError(f"places at nodes {list(places)} are not allowed; {what}: retain more modes, or merge them")
     phi, squares = space.shapes, space.frequencies**2
     at = phi[space.rotor.rows(places)]

@@ -267,7 +267,7 @@ class Site(_Placed):
     clearance: Length = DEFAULT_CLEARANCE
     """Radial clearance."""
     journal_radius: Size | None = None
-    """Radius of the rotor at the contact; by default that of the shaft."""
+    """Radius of the rotor at the contact; by default the shaft's radius."""
     bearing: Name | None = None
     """Bearing to which this retainer belongs."""
     stator: Name | None = None

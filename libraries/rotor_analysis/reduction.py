@@ -96,7 +96,7 @@ def reduce_by(full: Matrices, translations: dict[int, tuple[int, int]], right: A
     J = turned(full.size)
     rotates = full.R.any() or (full.hysteresis is not None and full.hysteresis.rotating)
     if rotates and not np.allclose(right @ turned(right.shape[1]), J @ right, atol=1e-9):
-        what = "since the shaft has rotating damping, they must include anisotropic bearings"
+        what = "they must include anisotropic bearings, because the shaft has rotating damping"
         raise ValueError(f"planes {list(translations)} are not allowed; {what}")
     reduced = Matrices(
         M=left @ full.M @ right,

@@ -103,7 +103,7 @@ def _unsupported(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[s
         count = len(bearing.speed or bearing.frequency or [0.0])
         settings = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]
         if any(len(values) != count for values in settings if values):
-            yield "coefficients whose number differs from that of their speeds", bearing.tag
+            yield "a different number of coefficients than of speeds", bearing.tag
 
 
 def _unsupported_in_shaft(elements: list[SavedShaftElement]) -> Iterator[tuple[str, str]]:

@@ -123,7 +123,7 @@ class Rotor:
     bodies: tuple[BodyOrDisc, ...] = ()
     """Rigid bodies and discs on the shaft."""
     bearings: tuple[Bearing, ...] = ()
-    """Linear bearings for analyses; in co-simulation only their positions matter, another component applies forces."""
+    """Linear bearings for analyses. In co-simulation only their positions matter: another component applies forces."""
     sites: tuple[Site, ...] = ()
     """Contact sites."""
     sensors: tuple[Sensor, ...] = ()
@@ -202,7 +202,7 @@ class Rotor:
                     hint = suggest(bearing, bearings)
                     yield f"sites[{k}].{key} ({site.name}) = {bearing!r} is not the name of a bearing; {hint}"
             if site.bearing is not None and site.stator is not None:
-                yield f"sites[{k}] ({site.name}) has both bearing and stator; it may have one of them"
+                yield f"sites[{k}] ({site.name}) sets both bearing and stator; it may set only one of them"
         sites = [site.name for site in self.sites]
         for k, face in enumerate(self.faces):
             if face.retainer is not None and face.retainer not in sites:

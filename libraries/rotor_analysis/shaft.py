@@ -156,7 +156,7 @@ class SectionedShaft:
     theory: Theory = "timoshenko"
     """`timoshenko`, or `rayleigh` without shear deformation."""
     material: Name | None = None
-    """Material of the sections and sleeves that do not name one."""
+    """Material of the sections and sleeves without a named material."""
     shear: Shear = "cowper"
     """Author of the shear coefficient, Cowper or Hutchinson."""
     mass_matrix: MassModel = "consistent"

@@ -9,7 +9,7 @@ from source_check.statements import Cause
 from source_check.verdict import Verdict
 
 REASONS: Mapping[Cause, str] = {
-    "data": "For {count} the {label} gives too little data, or contradicts itself.",
+    "data": "For {count}, the {label} gives too little data or contradicts itself.",
     "detail": "{count} depend on details of the machine that the {label} leaves open.",
     "reading": "{count} are met only by another reading of the {label}.",
     "unexplained": "For {count} no reason is known: {names}.",

@@ -37,13 +37,13 @@ class Source(Table):
     end_cycle: float | None = Field(default=None, gt=0.0)
     """Cycle at which the run ends, instead of the scenario's end."""
     unbalance_factor: float | None = Field(default=None, gt=0.0)
-    """Factor on all unbalances, in place of the scenario's."""
+    """Factor on all unbalances that replaces the scenario's."""
     rotor: dict[str, dict[str, Any]] = Field(default={})
-    """Tables that replace those of its rotor file."""
+    """Tables that replace tables of its rotor file."""
     rotor_file: str = ""
-    """Name of a rotor, in place of the scenario's."""
+    """Name of a rotor that replaces the scenario's."""
     system: str = ""
-    """Name of a system, in place of the scenario's; settings of components that it lacks are left out."""
+    """Name of a system that replaces the scenario's; settings of missing components are left out."""
     study: str = ""
     """Name of a study of `amb_analysis.studies`, or `model_inputs`."""
     arguments: Values = Field(default={})
@@ -66,7 +66,7 @@ class Reading(Table):
     source: str
     """Its source."""
     quantity: str = ""
-    """Its quantity, if it differs."""
+    """Its quantity, if different."""
     arguments: Values | None = None
     """Arguments of the quantity, if they differ."""
     how: str = ""

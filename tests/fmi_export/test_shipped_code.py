@@ -157,7 +157,7 @@ def test_fmu_of_other_code_than_is_loaded_is_refused(build_fmu, lag, run_python,
     statuses, log = run_python(host, path=path, changed=changed_copy(path, tmp_path))
     assert set(statuses) == {0}
     assert sum("already runs another version of probe_lag" in line for line in log) == 5
-    assert "rebuild the FMU or run it in a process of its own" in log[0]
+    assert "rebuild the FMU or run it in its own process" in log[0]
 
 
 @pytest.mark.slow

@@ -161,4 +161,4 @@ def test_names_of_files_that_are_not_utf_8_are_refused(arguments, tmp_path):
 
 def test_a_pack_without_scenarios_has_no_robustness(refuses, tmp_path, monkeypatch):
     monkeypatch.setattr("amb_files.packs.packs", lambda: {"mine": tmp_path})
-    refuses("pack 'mine' has no scenarios and no statements of one", "report", "--robustness", "--pack", "mine")
+    refuses("pack 'mine' has neither scenarios nor statements about one", "report", "--robustness", "--pack", "mine")

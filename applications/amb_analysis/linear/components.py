@@ -247,7 +247,7 @@ def loop_of(
     if times[-1] > times[0] * (1.0 + 1e-9):
         raise ValueError(
             f"components that sample every {', '.join(f'{time:g} s' for time in times)} are not allowed; a linear "
-            "model has one sample time"
+            f"model must have a single sample time"
         )
     if not continuous:
         return connected(discrete, within(discrete, feeds))

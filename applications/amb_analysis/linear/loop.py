@@ -88,7 +88,7 @@ class Loop:
         if missing:
             raise ValueError(f"system {self.name} has no component {missing[0]}; a linear loop needs one")
         if not self.demands:
-            raise ValueError(f"{ACTUATOR} has no demand that a controller is connected to; a linear loop needs one")
+            raise ValueError(f"no demand of {ACTUATOR} is connected to a controller; a linear loop needs one")
 
     @property
     def name(self) -> str:

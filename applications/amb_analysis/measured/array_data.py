@@ -114,7 +114,7 @@ def _factor(content: dict[str, Any], target: str, name: str, keys: Sequence[str]
     """Return the factor from the unit that one of several arrays states to another unit; 1 if none states a unit."""
     stated = {unit for key in keys if key in content for unit in _texts(content, key)}
     if len(stated) > 1:
-        raise ValueError(f"{name} has the units {', '.join(sorted(stated))}; it must have one")
+        raise ValueError(f"{name} has the units {', '.join(sorted(stated))}; it must have one unit")
     return factor_to(target, stated.pop(), name) if stated else 1.0
 
 

@@ -67,7 +67,7 @@ def estimate(
         raise ValueError("estimator H2 is not allowed with several inputs; use H1")
     for channel in (*input_channels, *output_channels):
         if not np.isfinite(record.signals[channel]).all():
-            raise ValueError(f"channel {channel.name} has numbers that are not finite")
+            raise ValueError(f"channel {channel.name} contains numbers that are not finite")
         check_sizes(record.signals[channel], f"channel {channel.name}")
     n = _samples(record, segment)
     rows = np.stack([record.signals[c] for c in (*input_channels, *output_channels)])

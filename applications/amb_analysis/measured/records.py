@@ -74,7 +74,7 @@ class FrequencyResponse:
             if values is not None and values.shape != (n,):
                 raise ValueError(f"{self.name}: {name} of shape {values.shape} is not allowed; it must be ({n},)")
             if values is not None and not np.isfinite(values).all():
-                raise ValueError(f"{self.name}: {name} has numbers that are not finite")
+                raise ValueError(f"{self.name}: {name} contains numbers that are not finite")
         check_sizes(self.values, self.name)
         if self.coherence is not None:
             if not (np.abs(self.coherence - 0.5) <= 0.5 + ROUNDED).all():

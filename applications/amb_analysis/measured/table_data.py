@@ -151,7 +151,7 @@ def _linear(unit: str, amplitude: Array, name: str) -> tuple[str, Array]:
     if reference.startswith("(") and reference.endswith(")") and reference.find(")") == len(reference) - 1:
         reference = reference[1:-1]
     if not reference:
-        raise ValueError(f"{name} in dB has no reference; state it, for example --channel-unit '{name}=dB re 1 m/N'")
+        raise ValueError(f"{name} in dB has no reference; state one, for example --channel-unit '{name}=dB re 1 m/N'")
     size = float(decibel["size"] or 1.0)
     if not 0.0 < size < np.inf:
         raise ValueError(f"{name} in dB has the reference {decibel['size']}, which is not allowed; it must be > 0")

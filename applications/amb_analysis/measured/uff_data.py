@@ -134,8 +134,8 @@ def _check_function(item: Set, number: int) -> None:
     """Raise ValueError if the number or the format of a function's numbers differs from what it announces."""
     if item["binary"] and (item["byte_ordering"] not in BYTE_ORDERS or item["fp_format"] != IEEE):
         raise ValueError(
-            f"set {number} has byte order {item['byte_ordering']} and format {item['fp_format']} of its numbers; "
-            f"they must be 1 or 2, and {IEEE} (IEEE 754)"
+            f"set {number} states byte order {item['byte_ordering']} and number format {item['fp_format']}; the byte "
+            f"order must be 1 or 2, and the format {IEEE} (IEEE 754)"
         )
     n, announced = len(item["data"]), int(item["num_pts"])
     if n != announced or len(item["x"]) != n:
@@ -144,7 +144,7 @@ def _check_function(item: Set, number: int) -> None:
     sizes = sizes[sizes > 0.0]
     if not np.isfinite(sizes).all() or (len(sizes) and sizes.max() > WIDEST * sizes.min()):
         raise ValueError(
-            f"set {number} has numbers from {sizes.min():.3g} to {sizes.max():.3g}; they are not finite, or their "
+            f"set {number} contains numbers from {sizes.min():.3g} to {sizes.max():.3g}; they are not finite, or their "
             f"byte order is not the stated one"
         )
 
@@ -295,7 +295,7 @@ def _record(functions: Sequence[Set], units: StatedUnits) -> TimeRecord:
         {len(f["x"]) for f in functions},
     )
     if len(steps) > 1 or len(lengths) > 1:
-        raise ValueError("its time records have different times; a record has one sample time")
+        raise ValueError("its time records have different times; a record must have a single sample time")
     signals: dict[Channel, list[Array]] = defaultdict(list)
     for item in functions:
         name, sign = _name(item, "rsp")
@@ -333,6 +333,6 @@ def _damping_ratio(item: Set) -> float:
     if viscous and half and abs(half - viscous) > SAME_DAMPING * abs(viscous):
         raise ValueError(
             f"the mode at {float(item['freq']):g} Hz has a viscous damping ratio of {viscous:g} and a loss factor of "
-            f"{2.0 * half:g}; write one of them, or a loss factor of twice the ratio"
+            f"{2.0 * half:g}; write only one of them, or a loss factor that is twice the ratio"
         )
     return viscous or half

@@ -139,7 +139,7 @@ def split_quotient(unit: str, name: str) -> tuple[str, str]:
     _require_unit(unit, name, "m/N")
     above, slash, below = unit.strip().rpartition("/")
     if not slash:
-        raise ValueError(f"{name}: unit {unit!r} is not allowed; it must be that of output over input, such as m/N")
+        raise ValueError(f"{name}: unit {unit!r} is not allowed; it must be a unit of output over input, such as m/N")
     return above.strip().removeprefix("(").removesuffix(")"), below.strip()
 
 

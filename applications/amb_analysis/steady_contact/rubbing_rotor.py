@@ -166,7 +166,7 @@ def _site_notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ..
     if p["spin.free"]:
         result.append("the spin speed is assumed to be constant, although friction brakes it in a run")
     if p["gravity"] != 0.0:
-        result.append("weight is neglected: the rotor is taken as centred")
+        result.append("weight is neglected: the rotor is assumed to be centred")
     return tuple(result)
 
 

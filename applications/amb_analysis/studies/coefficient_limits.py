@@ -74,7 +74,9 @@ def limit_notes(limits: Limits, speeds: Iterable[float] | Array) -> list[str]:
         names = ", ".join(group.parts)
         if group.lowest is not None and group.highest is not None and not all(map(group.cover, speeds)):
             ends = f"{unit.number(group.lowest)} to {unit.text(group.highest)}"
-            notes.append(f"{names}: coefficients from {ends}; elsewhere those of the nearest speed ({EXTRAPOLATED})")
+            notes.append(
+                f"{names}: coefficients from {ends}; elsewhere, coefficients of the nearest speed ({EXTRAPOLATED})"
+            )
         if group.whirl_frequency is not None:
             notes.append(f"{names}: {frozen_at(group.whirl_frequency)}; modes at other frequencies are less accurate")
     return notes

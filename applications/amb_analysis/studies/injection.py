@@ -251,7 +251,9 @@ def measure(plan: ScenarioPlan, waiting: int) -> MeasuredSensitivity:
     )
     if not gains.all() or not biases.all():
         what = "bias_current = 0 A" if gains.all() else "amplifier_gain = 0 A/V"
-        raise ValueError(f"{what} is not allowed; it must not be 0, since a share of the bias is injected as a voltage")
+        raise ValueError(
+            f"{what} is not allowed; it must not be 0, because a share of the bias is injected as a voltage"
+        )
     injected = INJECTED * biases[:, None] * sines
     last = waiting + samples + 1
     volts = injected / gains[:, None]

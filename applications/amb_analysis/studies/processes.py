@@ -102,4 +102,4 @@ def check_script() -> None:
 
 def main_guard_advice(function: str) -> str:
     """Return the advice for a script whose call of `function` ended the processes that imported the script."""
-    return f'a script must call {function} below if __name__ == "__main__":, since each process imports it'
+    return f'a script must call {function} below if __name__ == "__main__":, because each process imports it'

@@ -152,7 +152,7 @@ def fit(
     content = measured_content(measured, channels, channel_units, inputs, outputs, up_to, (estimator, segment, window))
     curves = [thinned(curve) for curve in resolved(content.responses)]
     if not curves and content.modes is None:
-        raise ValueError("the measurement has no response and no mode to fit")
+        raise ValueError("the measurement contains neither a response nor a mode to fit")
     name = "a measurement" if isinstance(measured, Measurement) else Path(measured).name
     with one_blas_thread():
         if curves:

@@ -195,7 +195,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
     time = time[after]
     steps = np.diff(time)
     if not len(steps) or not np.allclose(steps, steps[0], rtol=1e-6):
-        raise ValueError("spectra require samples at equal steps, which the run does not have")
+        raise ValueError("spectra require samples at equal steps, but the steps of the run differ")
     h, duration = float(steps[0]), float(time[-1] - time[0])
     if duration < FEWEST * h:
         has = f"the run has only {duration:.6g} s from cycle 0 on, in steps of {h:g} s"

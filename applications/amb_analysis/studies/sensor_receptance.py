@@ -126,7 +126,7 @@ def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) 
     """
     control_loop(rotor)
     stiffness = positive(k_b, "N/m", "k-b")
-    damping = positive(c_b, "N.s/m", "c-b", ", since nothing else damps the rotor")
+    damping = positive(c_b, "N.s/m", "c-b", ", because nothing else damps the rotor")
     return receptance_of(speeds, stiffness, damping, rotor)
 
 

@@ -221,8 +221,8 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
         if not self.floating:
             return []
         return [
-            f"bearings and seals have no stiffness against {self.floating} of the 4 rigid-body motions, in which the "
-            "rotor floats, and only inertia and damping limit its response; they have no critical speed"
+            f"bearings and seals do not hold {self.floating} of the 4 rigid-body motions; there the rotor floats, only "
+            "inertia and damping limit its response, and there is no critical speed"
         ]
 
     def _backward_notes(self) -> list[str]:

@@ -19,12 +19,12 @@ from fmi_export.building.extras import require_extra
 @click.command()
 @click.argument("file")
 @output("Folder for page, data and PDF; default results/assess_NAME.")
-@click.option("--only", multiple=True, metavar="PART", help="A part, such as closed_loop; repeatable.")
+@click.option("--only", multiple=True, metavar="PART", help="Part to compute, such as closed_loop; repeatable.")
 @click.option(
     "--criteria",
     multiple=True,
     metavar="NAME|FILE",
-    help="Criteria instead of those of the machine file; repeatable.",
+    help="Criteria that replace the machine file's; repeatable.",
 )
 @click.option("--check", is_flag=True, help="Check the file and print its content, without verdicts.")
 @click.option("--pdf/--no-pdf", default=True, help="Print the page as PDF with an installed browser.")

@@ -231,7 +231,7 @@ def _comparison(magnet: MagnetData | None, typical: MagnetData) -> str:
     """Return the constants of a magnet sized for the rotor, with a question if those of a data sheet differ much."""
     if magnet is None:
         return ""
-    text = f"; one sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"
+    text = f"; a magnet sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"
     ratio = max(magnet.k_i / typical.k_i, typical.k_i / magnet.k_i)
     return (
         f"{text}; the factor between them is {ratio:.2g}: are the constants those of an axis or of a pole?"

@@ -103,7 +103,7 @@ def supports(
         lowest <= left and right <= highest and right - left >= 0.2 * length,
         "bearings",
         f"{left:g} m, {right:g} m",
-        f"ascending, from {lowest:g} m to {highest:g} m, a fifth of the length apart",
+        f"ascending, from {lowest:g} m to {highest:g} m, at least a fifth of the length apart",
     )
     diameter = max(diameter_at(rotor, z) for z in (left, right))
     clearance = 0.5 * (gap or gap_for(diameter))

@@ -94,7 +94,7 @@ def interface_of(planes: Planes) -> Interface:
         input_(
             "drive.ideal",
             "1",
-            "Whether the drive holds the demanded speed, whatever torque that takes, with spin.free",
+            "Whether the drive holds the demanded speed with any torque that this requires, with spin.free",
             type="Boolean",
         ),
         input_("base.a_x", "m/s2", "Acceleration of the base in x", field="base_acceleration.x"),

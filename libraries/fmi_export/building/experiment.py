@@ -45,7 +45,7 @@ STEPS = 10
 SHARE = 0.02  # smallest stimulus, relative to the nominal size
 TEXT = """This FMU contains an experiment with reference results (FMI-LS-REF, extra/org.fmi-standard.fmi-ls-ref):
 {steps} steps of {h!r} s from the start values, with the inputs of stimuli.csv if it exists, lead to references.csv.
-A tool that runs the FMU correctly obtains these values, except for last bits if it uses another C library.
+A tool that runs the FMU correctly obtains these values, except for the last bits if it uses a different C library.
 `amb-cosim verify {name}.fmu` runs the experiment in FMPy and compares the results.
 """
 

@@ -32,11 +32,11 @@ SYSTEM = "levitated"  # assembled if no scenario is named
     "--controller",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Only linear_controller.fmu, with the law of this file.",
+    help="Build only linear_controller.fmu, with this file's law.",
 )
 @PLATFORMS
 @FMI
-@click.option("--no-arrays", is_flag=True, help="FMI 3.0 with one variable per value.")
+@click.option("--no-arrays", is_flag=True, help="Build FMI 3.0 FMUs without arrays, one variable per value.")
 @click.option("--sources", is_flag=True, help="Include the C code (C99) in native FMUs, for other targets.")
 def build(
     output: Path,

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 FOLDER = output("Folder for the results; default: results/NAME, or results/FOLDER_NAME for a file FOLDER/NAME.toml.")
 AUTOSAVE = """Time between automatic checkpoints; 0 for none."""
 AUTOSAVED = "autosave.npz"
-STEP = click.option("--step", metavar="TIME", help="Communication step of an SSP archive without one (1ms).")
+STEP = click.option("--step", metavar="TIME", help="Communication step of an SSP archive that has none (1ms).")
 
 
 @click.command()

@@ -227,5 +227,5 @@ def _matrix(name: str, value: Any) -> Array:
     if matrix.ndim != 2:
         raise ValueError(f"{name} of shape {matrix.shape} is not allowed; it must have rows and columns")
     if not np.isfinite(matrix).all():
-        raise ValueError(f"{name} has numbers that are not finite")
+        raise ValueError(f"{name} contains numbers that are not finite")
     return np.ascontiguousarray(matrix)

@@ -264,7 +264,7 @@ def _laws(K: Any, sampled_arrays: bool) -> dict[float, Law]:
     if not isinstance(K, Mapping):
         return {0.0: law_of(K, sampled_arrays)}
     if not K:
-        raise ValueError("a controller without any speed is not allowed; it must have a law for at least one")
+        raise ValueError("a controller without speeds is not allowed; it must have a law for at least one speed")
     for speed in K:
         if isinstance(speed, bool) or not isinstance(speed, Real) or not abs(float(speed)) <= 1e4:
             raise ValueError(f"a speed of {speed!r} is not allowed; it must be a number from -1e4 to 1e4 rad/s")

@@ -25,8 +25,8 @@ from amb_cosim.scenario.scenario import Scenario
 
 NAME = "levitated_rotor"
 DESCRIPTION = (
-    "Flexible rotor levitated by magnetic bearings under sampled control, in one: rotor_contact, amb_actuator and "
-    "rolac_controller"
+    "Flexible rotor levitated by magnetic bearings under sampled control: rotor_contact, amb_actuator and "
+    "rolac_controller in one FMU"
 )
 SYSTEM = "levitated"  # the default system
 IN_ORDER = (CONTROLLER, ACTUATOR, PLANT)  # models of its components, in order of their steps

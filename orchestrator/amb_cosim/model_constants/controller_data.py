@@ -139,5 +139,5 @@ def _checked(receptance: ArrayLike) -> Complex:
     if r.ndim != 2 or not 1 <= r.shape[1] <= r.shape[0]:
         raise ValueError(f"receptance of shape {r.shape} is not allowed; it must have at least as many rows as columns")
     if not np.isfinite(r).all():
-        raise ValueError("receptance has numbers that are not finite")
+        raise ValueError("receptance contains numbers that are not finite")
     return r

@@ -30,7 +30,7 @@ def check_control_loop(plan: Plan) -> None:
     sensors = [f"{name}.{sensor}" for name, fmu in assembly.fmus.items() for sensor in _sensors(fmu.layout or {})]
     unfed = [sensor for sensor in sensors if assembly.system.source_of(sensor) is None]
     if unfed:
-        problem = "is a sensor and must be connected; no component has an output of that name"
+        problem = "is a sensor and must be connected; no component has an output with that name"
         raise ValueError("\n".join(f"{sensor} {problem}" for sensor in unfed))
     if (table := assembly.options.get("receptances")) is None:
         return

@@ -96,7 +96,7 @@ def viscous_losses(assembly: Assembly) -> list[str]:
     return [
         f"{name}: loss_factor = {eta:g} acts as viscous damping with equal loss in the elastic modes of the free rotor "
         "at rest; on stiff supports it is too weak, and its effect on whirl slower than the spin grows with the spin "
-        "('study campbell' has the loss factor itself)"
+        "('study campbell' uses the loss factor itself)"
         for name, eta in losses.items()
         if eta
     ]

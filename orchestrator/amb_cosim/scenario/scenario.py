@@ -71,7 +71,7 @@ class Scenario(Table):
     """
 
     name: str = "scenario"
-    """Name (that of the file)."""
+    """Name, from the file name."""
     description: str = ""
     """One-line description."""
     source: str = ""
@@ -91,7 +91,7 @@ class Scenario(Table):
     gradient: bool = True
     """Whether the magnetic force follows the rotor within a communication step, by its gradient."""
     coupling: Coupling | None = None
-    """Order in which the components step; default: that of the system."""
+    """Order in which the components step; default: the system's order."""
     communication_step: Value | None = None
     """Step after which values are exchanged. The default is 250 us, or 25 us in Jacobi order; there, a controller with
     the parameter `prediction_time` predicts two steps ahead unless that is set.
@@ -115,9 +115,9 @@ class Scenario(Table):
     rotor plus these revolutions, with any communication step."""
     settling: Settling = "simulated"
     """Method for the motion before cycle 0: `simulated` over these turns; `solved` for, with a simulated turn that ends
-    at the same rotor angle; or `automatic`, which solves if possible. It is impossible with noise, converters, adaptive
-    control, identification or contact before cycle 0, with an unstable loop or nonlinear forces, and if housings, races
-    or the speed move.
+    at the same rotor angle; or `automatic`, which solves if possible. It is not possible with noise, converters,
+    adaptive control, identification or contact before cycle 0, with an unstable loop or nonlinear forces, or if
+    housings or races move or the speed changes.
     """
     end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
     """End of the run in cycles; set this or `end_time`. Either replaces the end of a base. A `stop` may end the
@@ -191,7 +191,7 @@ class Scenario(Table):
         controllers = {f"fmu.{name}": fmu for name, fmu in self.fmu.items() if is_controller(fmu)}
         if made := self._made() | controllers:
             what = " and ".join(f"{kind} {named(value)!r}" for kind, value in made.items())
-            raise ValueError(f"scenario {self.name} has {what} made in Python; a scenario file must name files")
+            raise ValueError(f"scenario {self.name} contains {what} made in Python; a scenario file must name files")
         data = with_speed_units(with_paths(self._data(), relative_to(Path(path).parent)))
         write_file(Path(path), tomli_w.dumps(data))
         return Path(path)
@@ -258,7 +258,7 @@ def checked_speed(speed: float, written: Raw = 0.0) -> float:
     """
     require_speed_unit(written)
     shown = stated(f"{speed:g} rad/s", written)
-    require(0.0 <= speed < math.inf, "Omega", shown, ">= 0 rad/s, since cycles count its turns")
+    require(0.0 <= speed < math.inf, "Omega", shown, ">= 0 rad/s, because cycles count its revolutions")
     return speed
 
 

@@ -60,8 +60,8 @@ class PrintedH:
         across = (100.0 * self.across_computed, 100.0 * self.across_printed)
         return [
             table,
-            f"the Frobenius norm is {total[0] / total[1]:.3f} times the printed one; elements that couple x and y have "
-            f"{across[0]:.1f} % of it, {across[1]:.0f} % in print, so single elements do not agree",
+            f"the Frobenius norm is {total[0] / total[1]:.3f} times the printed norm; elements that couple x and y "
+            f"contribute {across[0]:.1f} % of it, but {across[1]:.0f} % in print, so single elements do not agree",
         ]
 
 

@@ -51,7 +51,7 @@ def _by_name(_: click.Context, option: click.Parameter, texts: tuple[str, ...]) 
 
 
 MASS = click.option(
-    "--mass", type=click.Choice(["diagonal", "consistent"]), help="Mass matrix; default: that of the rotor file."
+    "--mass", type=click.Choice(["diagonal", "consistent"]), help="Mass matrix; default: as in the rotor file."
 )
 SCENARIO = click.argument("scenario", required=False)
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, lowest first.")
@@ -205,7 +205,7 @@ add_study(
     click.option("--place", metavar="PART", help="Place of the unbalance; default: the first disc."),
     click.option("--node", type=int, help="Node of the unbalance, instead of --place."),
     click.option(
-        "--clearance", type=WithUnit("0.25 mm"), help="Radial clearance everywhere; default: that of each site."
+        "--clearance", type=WithUnit("0.25 mm"), help="Radial clearance everywhere; default: each site's own."
     ),
     *RUN,
 )

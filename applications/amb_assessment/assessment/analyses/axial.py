@@ -138,11 +138,11 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
         f"times."
     )
     if bearing.corner is None:
-        iron = "The iron is assumed to be laminated, without eddy currents; a solid disc always has eddy currents."
+        iron = "The iron is assumed to be laminated, without eddy currents. A solid disc always has them."
     else:
         iron = (
-            f"Eddy currents: half-order lag with corner {hertz(bearing.corner):.4g} Hz, as the sum of "
-            f"{len(LAG.poles)} first-order lags that the actuator has in co-simulation."
+            f"Eddy currents cause a half-order lag with corner {hertz(bearing.corner):.4g} Hz. It is modelled by the "
+            f"sum of {len(LAG.poles)} first-order lags, as in co-simulation."
         )
         if bearing.is_corner_computed:
             iron += (

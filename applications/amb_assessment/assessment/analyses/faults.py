@@ -45,10 +45,11 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"Run-up and run-down between {rpm(SLOW * speed.highest):.0f} rpm and the trip speed, with the unbalance of "
         f"the mode that moves the rotor most in this range: {passed.unbalance.note}. A run that takes more than "
         f"{LONGEST:g} s, or an unknown time, is judged by steady motion at the worst speed, {rpm(passed.Omega):.0f} "
-        "rpm: a slow run reaches this motion, a fast run stays below. The keys `run_up` and `run_down` state the "
+        "rpm: a slow run reaches this motion, but a fast run stays below it. The keys `run_up` and `run_down` state "
+        "the "
         "times; "
         "without them, `spin.drag` determines how fast the machine runs down.",
-        "Faults are at the largest speed, one at a time; the worst of each kind is judged. A rotor on its retainers, "
+        "Faults occur at the largest speed, one at a time; the worst of each kind is judged. A rotor on its retainers, "
         "or across the air gap of a magnet, counts as 100 %. The run ends if the rotor reaches a magnet with power.",
     )
     title, at = "Displacement over clearance", f"{rpm(speed.highest):.0f} rpm"

@@ -33,7 +33,7 @@ from amb_cosim.results.touchdown import SLOW, Retainer, Touchdown
 from array_types import Array
 from rotor_analysis.reduced_rotor import elastic_shapes
 
-declare("rest_time", "s", title="Time until the rotor lies at rest")
+declare("rest_time", "s", title="Time until the rotor is at rest")
 declare("retainer_heat", "J", title="Heat in the retainers")
 declare("retainer_temperature", "K", title="Largest temperature of a retainer")
 declare("standstill_time", "s", title="Time until the rotor stands still")
@@ -309,7 +309,8 @@ def _convergence(
         return [Quantity("landing_force_change", "no contact", 0.0, "%", note=reason, chaotic=reason)]
     change = 100.0 * abs(forces[1] / forces[0] - 1.0)
     note = (
-        f"{forces[0]:.4g} N with {retained} shapes per plane of motion, {forces[1]:.4g} N with {more}; mean over 1 ms"
+        f"{forces[0]:.4g} N with {retained} shapes per plane of motion, {forces[1]:.4g} N with {more} shapes; mean "
+        f"over 1 ms"
     )
     whirling = " and ".join(f"{n} shapes" for n, run in runs.items() if _whirls_backward(run))
     reason = f"the landing with {whirling} whirls backward, and the force of such a landing depends on chance"

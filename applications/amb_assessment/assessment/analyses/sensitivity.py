@@ -23,7 +23,7 @@ declare("sensitivity_measured", "1", ("frequency",))
 
 PEAKS = "sensitivity_peak", "sensitivity_peak_beyond"  # quantities: up to the 2 kHz of the standard, and above
 ALONG_THE_SHAFT = (
-    "The axis along the shaft carries the weight alone here. The part `axial_margins` has all static forces."
+    "Here, the axis along the shaft carries only the weight. The part `axial_margins` covers all static forces."
 )
 SPEEDS = 4  # from the smallest to the largest, before refinement about maxima
 
@@ -53,7 +53,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         measured.append(Quantity("sensitivity_measured", where, axis.measured_peak, "1", {"frequency": hz}, note))
     note = (
         f"Amplifiers are {study.amplifier}. The delay of the demands is {study.delay:g} times the sample time. Zones "
-        "are judged up to 2 kHz, or half the sample rate; the peak above 2 kHz by a criterion of the package."
+        "are judged up to 2 kHz or half the sample rate; a criterion of this package judges the peak above 2 kHz."
     )
     has_axial = len(loop.axes) > len(loop.lateral_axes)
     notes = (note, ALONG_THE_SHAFT) if has_axial else (note,)

@@ -20,7 +20,7 @@ from ball_bearings.hertz import SILICON_NITRIDE, STEEL
 
 MATERIALS = {"steel": STEEL, "silicon_nitride": SILICON_NITRIDE}
 TITLE = "Ball bearings of the retainers"
-STANDING = "Ball bearings on which the rotor stands without power, under its weight along the shaft"
+STANDING = "Ball bearings that carry the rotor's weight along the shaft without power"
 LOAD_HEADS = ("retainer", "force (N)", "ball load (N)", "pressure (MPa)", "C_0 over force", "displacement (µm)")
 AXIAL_HEADS = ("axial force (N)", "contact angle (deg)")
 STANDING_HEADS = (

@@ -22,8 +22,8 @@ from rotor_analysis.reduced_rotor import with_modes
 from rotor_analysis.rotor_file import load_rotor
 
 NEARER = (
-    "The air gap of a magnet is listed in place of its retainers if the rotor uses a larger share of it than of any "
-    "of them. Each place has its radial clearance."
+    "The air gap of a magnet is listed in place of its retainers if the rotor uses a larger share of the gap than of "
+    "their clearances. Each place has its radial clearance."
 )
 
 

@@ -240,7 +240,7 @@ def _refuse_what_needs_python(module: Any) -> None:
     names = {name for name in names if not ALLOWED.fullmatch(name)}
     names |= {function.name for function in functions if function.name.startswith(EXCEPTION)}
     if names:
-        raise ValueError(f"the kernels call {', '.join(sorted(names))}, which an FMU does not have")
+        raise ValueError(f"the kernels call {', '.join(sorted(names))}, which are not available in an FMU")
     processors = sorted({f.name for f in functions if re.match(r"llvm\.(x86|aarch64)\.", f.name)})
     if processors:
         raise ValueError(f"the kernels are compiled for one processor only: {', '.join(processors)}")

@@ -101,7 +101,7 @@ class Master(Generic[P]):
             self.slots.append(slice(first, first + len(component.outputs)))
             first += len(component.outputs)
         if first != len(self.values):
-            raise ValueError(f"the wiring names {len(self.values)} signals, the components have {first}")
+            raise ValueError(f"the wiring names {len(self.values)} signals, but the components have {first}")
 
     def __enter__(self) -> Master[P]:
         return self

@@ -48,7 +48,7 @@ def check_content(path: Path) -> None:
                 stored += _stored(item)
                 unlimited += item.maxshape == (None,)
             if unlimited > MOST_UNLIMITED:
-                raise ValueError(f"{item.name} and {MOST_UNLIMITED} other arrays have no fixed length, or no values")
+                raise ValueError(f"{item.name} and {MOST_UNLIMITED} other arrays lack a fixed length or values")
             described += _described(item)
             if stored + described > size:
                 raise ValueError(f"{item.name} and the data before it take more bytes than the file has ({size})")
@@ -115,7 +115,9 @@ def _described(item: Any) -> int:
     described = 0
     for name in item.attrs:
         if name in CODED:
-            raise ValueError(f"{item.name} has the attribute {name}, which is not allowed; numbers must be plain")
+            raise ValueError(
+                f"{item.name} has the attribute {name}, which is not allowed; numbers must be stored plainly"
+            )
         attribute = h5py.h5a.open(item.id, name.encode())
         kind, values = attribute.get_type(), math.prod(attribute.shape)
         described += values * kind.get_size()

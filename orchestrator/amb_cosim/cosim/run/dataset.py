@@ -262,7 +262,9 @@ def _check_flags(name: str, attributes: Mapping[str, Any]) -> None:
         return
     names, values = attributes.get(FLAG_NAMES), np.asarray(attributes.get(FLAGS, ()))
     if not isinstance(names, str) or values.dtype.kind not in "iu" or len(names.split()) != values.size:
-        raise ValueError(f"{FLAGS} and {FLAG_NAMES} of {name} are not allowed; each whole number must have one name")
+        raise ValueError(
+            f"{FLAGS} and {FLAG_NAMES} of {name} are not allowed; each whole number must have only one name"
+        )
 
 
 @cache

@@ -341,8 +341,8 @@ class FlatSystem:
         for end, port in ends.items() if route.law != UNCHANGED else ():
             if port is not None and port.type != "Real":
                 raise ValueError(
-                    f"{self.what}: {end} is {port.declared}; only Reals and Floats can be transformed or have their "
-                    f"unit converted"
+                    f"{self.what}: {end} is {port.declared}; only Reals and Floats can be transformed or converted to "
+                    f"another unit"
                 )
 
 

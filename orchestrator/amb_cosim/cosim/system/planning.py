@@ -222,8 +222,8 @@ def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int)
         n = grid.nearest(f"point of {name}", time)
         if points and n <= points[-1][0]:
             raise ValueError(
-                f"point of {name} at {time:g} s is not allowed; it must be at least one communication "
-                f"step, {grid.step_size:g} s, after the one before it"
+                f"point of {name} at {time:g} s is not allowed; it must be at least one communication step, "
+                f"{grid.step_size:g} s, after the previous point"
             )
         points.append((n, values.read(profile.variable, raw, "input")[1]))
     return Ramp(name, tuple(points), slope)

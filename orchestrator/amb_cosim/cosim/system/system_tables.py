@@ -136,7 +136,7 @@ class ExperimentTable(Table):
     stop_time: Value
     """End of the run; the last step is shortened if necessary."""
     start_time: Value = 0.0
-    """Start; the record begins there."""
+    """Start of the run, and of the record."""
     inputs: Values = Field(default={})
     """Initial values of inputs and shared signals."""
     event: tuple[EventTable, ...] = ()

@@ -254,7 +254,7 @@ def _largest_deviation(
         values = results[name].astype(float).reshape(len(points), -1)
         values = values[nearest] if on_points else _between(times, points, values)
         if values.shape != expected.shape:
-            sizes = f"{expected.shape[1]} values in a row, the variable has {values.shape[1]}"
+            sizes = f"{expected.shape[1]} values in a row, but the variable has {values.shape[1]}"
             raise ValueError(f"the reference results of {name} have {sizes}")
         gaps = np.where(expected == values, 0.0, np.abs(values - expected))
         scale = np.abs(expected).max() or 1.0

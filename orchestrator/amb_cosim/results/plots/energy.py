@@ -55,7 +55,7 @@ def energy(dataset: Signals) -> Figure:
         if name in TRANSFERRED:
             at_end = f"{labels.get(name, name)}: {significant(float(values[-1]), 3)} J"
             transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], label=at_end)
-    transferred.set_title("Since cycle 0; the legend has the values at the end", loc="left")
+    transferred.set_title("Since cycle 0; the legend shows the final values", loc="left")
     for panel in (lateral, transferred):
         panel.set_ylabel("energy (J)")
         panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

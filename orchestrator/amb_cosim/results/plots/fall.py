@@ -155,7 +155,7 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
     entries: list[Artist] = [Line2D([], [], color=colour_of(dataset, name), label=name_label(name)) for name in names]
     entries += [
         Line2D([], [], color="black", label="rotor"),
-        Line2D([], [], color="black", ls=DASHED, label="height of a rotor that lies" if falls else "contact"),
+        Line2D([], [], color="black", ls=DASHED, label="height of a rotor at rest" if falls else "contact"),
         Line2D([], [], color="0.3", alpha=PALE, lw=0.5, label="orbit after the first impacts"),
         retainer_sample(),
     ]
