@@ -11,7 +11,7 @@ from amb_live.rig import Rig, rig
 
 
 def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = False) -> list[Rig]:
-    """Return the rigs of a page: one for a scenario and, unless `alone` or with another rotor, those of the packs.
+    """Return the rigs of a page: the scenario and, unless `alone` or with another rotor, the scenarios of the packs.
 
     Parameters
     ----------

@@ -94,7 +94,7 @@ def geometry(
 
 
 def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
-    """Return the displacements of all nodes for a unit displacement of each of some nodes, the others fixed at 0.
+    """Return the displacements of all nodes if each of some nodes is displaced by 1 while the others are fixed at 0.
 
     That is q = -K_ss^-1 K_sm q_m in a single plane of motion (3.8), shape (nodes, places).
     """
@@ -106,7 +106,7 @@ def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
 
 
 def _radii(rotor: Rotor) -> list[float]:
-    """Return the outer radius (m) at each node, which is that of the element that begins there, or of the last one."""
+    """Return the outer radius (m) at each node: the radius of the element that begins there, or of the last element."""
     radii = [max(layer.diameter[0] for layer in layers) / 2.0 for layers in rotor.elements]
     return [*radii, radii[-1]]
 

@@ -161,7 +161,7 @@ def _gravity_angle(plan: ScenarioPlan) -> float:
 def _fmu(plan: ScenarioPlan, source: Callable[..., Made]) -> tuple[Model, dict[str, bytes]]:
     """Return the components in a single model, and the bytes of its FMU: the module, and the constants by its guid.
 
-    Start values are those of the models, so that scenarios of a system and rotor share it.
+    Start values come from the models, so scenarios with the same system and rotor share the FMU.
     """
     from fmi_export.building.native.data import model_data
     from fmi_export.building.native.engines import engine, engine_key

@@ -1,4 +1,4 @@
-"""Joins JavaScript modules into one script, so that the page is self-contained and its build requires no other program.
+"""Joins JavaScript modules into one script, so the page is self-contained and its build requires no other program.
 
 Each module becomes a function that is called once and returns the module's exports, which imports use. The modules use
 a simple subset: every import lists names from a file by its relative path, every export precedes a function, class or
@@ -20,7 +20,7 @@ LEFT_OVER = re.compile(r"^(?:import|export)\b.*$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Module:
-    """A module: its text without imports and exports, what it imports by path and name, and what it exports."""
+    """A module: its text without imports and exports, its imports by path and name, and its exports."""
 
     text: str
     imports: tuple[tuple[str, tuple[tuple[str, str], ...]], ...]

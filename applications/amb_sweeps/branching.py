@@ -1,8 +1,8 @@
 """Points of a sweep that are identical until an event share the run up to it: its state is restored, not recomputed.
 
 A run saves its state before each event that the sweep varies, in the memory of the FMUs. A later point continues from
-the latest saved state with the same past; its results are the same bits as without sharing. Points are ordered so that
-variations before an event change last, and the moments of an event ascend.
+the latest saved state with the same past; its results are bitwise equal to those without sharing. Points are ordered so
+that variations before an event change last, and the moments of an event ascend.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Branches:
         return Saves(tuple(n for n in marks if begin <= n <= plan.last), held=True)
 
     def keep(self, plan: Plan, states: Mapping[int, Checkpoint]) -> None:
-        """Store the states that a run of a plan saved; each replaces that of the same event."""
+        """Store the states that a run of a plan saved; each replaces the earlier state of its event."""
         for label in self._labels:
             state = states.get(plan.marks.get(label, -1))
             if state is not None:
@@ -98,7 +98,7 @@ def branching_order(design: SamplePlan, points: Sequence[int], labels: Sequence[
 
 
 def _label_of(axis: Axis, labels: Sequence[str]) -> str | None:
-    """Return the first event that the settings of an axis belong to; None if a setting belongs to no event."""
+    """Return the first event to which the settings of an axis belong, or None if a setting belongs to no event."""
     names = [name for setting in axis.alternatives for name in setting] or [column.name for column in axis.columns]
     heads = {name.partition(".")[0] for name in names}
     return next((label for label in labels if label in heads), None) if heads <= set(labels) else None

@@ -107,7 +107,7 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
 def _request(name: str, options: Mapping[str, Any]) -> tuple[str, str, dict[str, Any]]:
     """Return scenario, description and options of `amb_cosim.sweep`; `options` override those of a ready sweep.
 
-    The description is that of a ready sweep, and empty of any other.
+    The description belongs to a ready sweep; for other sweeps it is empty.
     """
     from amb_files.packs import files_of
     from amb_sweeps.ready import read_sweep
@@ -126,7 +126,7 @@ def _request(name: str, options: Mapping[str, Any]) -> tuple[str, str, dict[str,
 
 
 def _kept(ready: NamedSweep, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the variations of a ready sweep whose variables `options` do not vary."""
+    """Return the variations of a ready sweep except those of variables that `options` vary."""
     from amb_cosim.cosim.run.options import RunOptions
     from amb_cosim.scenario.prepare_run import assemble_scenario
     from amb_cosim.scenario.scenario import as_scenario

@@ -1,8 +1,8 @@
 """Sends the points of a sweep in batches to the processes of a Dask cluster, and collects the results.
 
 A batch takes about `BATCH_TIME`, estimated from earlier points. Each process runs a batch at a time, so a crash can
-only be due to its points. Dask repeats such a batch once; if that crashes a process too, its points are run one by one,
-and a point that crashes two processes alone is recorded as `crashed`.
+only be due to its points. Dask repeats such a batch once. If the repetition also crashes a process, the points are run
+one by one, and a point that crashes two processes on its own is recorded as `crashed`.
 
 Processes of a local cluster use TLS, with certificates that are created for it and stay in memory: a scheduler runs
 code for anyone who can connect, and all users of a machine can connect to 127.0.0.1.
@@ -143,8 +143,8 @@ def _check_answer(scheduler: str) -> None:
 def _within(seconds: float, call: Callable[[], T]) -> T:
     """Return the result of a call, or raise TimeoutError; a call that never returns blocks only its thread.
 
-    The call has a thread, since the caller's may have an event loop. A starting Dask client can wait forever despite
-    its time limit: if the scheduler disconnects, or if another client is garbage-collected.
+    The call runs in its own thread, because the caller's thread may have an event loop. A starting Dask client can wait
+    forever despite its time limit: if the scheduler disconnects, or if another client is garbage-collected.
     """
     outcome: futures.Future[T] = futures.Future()
 
@@ -231,7 +231,7 @@ class BatchScheduler:
         return sum(self._ask("ncores").values())  # called by `nthreads`, which would wait forever
 
     def _ask(self, question: str, **arguments: Any) -> dict[Any, Any]:
-        """Return the scheduler's answer; empty without a connection or an answer."""
+        """Return the scheduler's answer, which is empty without a connection or an answer."""
         scheduler = self._client.scheduler
         if self._client.status == "running" and scheduler is not None:
             with suppress(Exception):
@@ -246,7 +246,7 @@ class BatchScheduler:
         self._running[future] = points
 
     def _next_batch(self) -> list[int]:
-        """Return points for about `BATCH_TIME`; fewer at the end, so that all processes finish together."""
+        """Return points for about `BATCH_TIME`, and fewer at the end, so all processes finish together."""
         size = int(BATCH_TIME * self._finished / self._seconds) if self._seconds > 0.0 else 1
         share = len(self._waiting) // (2 * max(1, self._threads()))
         return [

@@ -114,7 +114,7 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
 
 
 def with_speeds_shown(dataset: xr.Dataset, sweep: xr.Dataset | None = None) -> xr.Dataset:
-    """Return a data set in which spin speeds are in the unit of speeds; `sweep` has their units if it has none."""
+    """Return a data set with spin speeds in the chosen unit of speeds; missing units are taken from `sweep`."""
     unit, shown = speed_unit(), {}
     for name, speeds in dataset.variables.items():
         if not is_speed(str(name)):

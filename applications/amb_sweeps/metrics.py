@@ -35,7 +35,7 @@ def needed(places: RotorPlaces) -> tuple[str, ...]:
 
 
 def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
-    """Return the outcome of a run, and its key values from cycle 0 on; NaN for values that it lacks.
+    """Return the outcome of a run, and its key values from cycle 0 on, with NaN for missing values.
 
     `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is the fraction of time in contact at any site between
     disturbance and relief. A value at a site or bearing has its name as suffix, `peak_contact_force.seal`; without a

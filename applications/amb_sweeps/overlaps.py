@@ -1,4 +1,4 @@
-"""Which variables the names of a sweep vary, and names that vary the same ones."""
+"""Variables that the names of a sweep vary, and names that vary the same variables."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_NAMED = 5  # variables in a message
 
 
 def varied_variables(name: str, labels: Sequence[str], variables: Assignments) -> set[str]:
-    """Return what a name or pattern varies: inputs of a signal as the signal, both moments of an event as one.
+    """Return the variables of a name or pattern: inputs of a signal as the signal, both moments of an event as one.
 
     A name that no variable has, such as a field of the scenario, is returned as it is.
     """
@@ -33,7 +33,7 @@ def varied_variables(name: str, labels: Sequence[str], variables: Assignments) -
 def refuse_overlaps(axes: Iterable[Axis], labels: Sequence[str], variables: Assignments) -> None:
     """Refuse variables that two names of a sweep vary: the last one would win.
 
-    The settings of one label of a table may overlap, since they are a list in order.
+    The settings of one label of a table may overlap, because they are an ordered list.
 
     Raises
     ------
@@ -50,12 +50,12 @@ def refuse_overlaps(axes: Iterable[Axis], labels: Sequence[str], variables: Assi
 def refuse_idle_settings(
     settings: Iterable[str], axes: Iterable[Axis], labels: Sequence[str], variables: Assignments
 ) -> None:
-    """Refuse a setting all of whose variables are varied, so that it has no effect; a table may vary them or not.
+    """Refuse a setting that has no effect because all its variables are varied; a table may vary them or not.
 
     Raises
     ------
     ValueError
-        With the names of the setting and of what varies it.
+        With the name of the setting, and the names that vary it.
     """
     columns = [column.name for axis in axes if not axis.alternatives for column in axis.columns]
     varied = {name: varied_variables(name, labels, variables) for name in columns}
@@ -67,7 +67,7 @@ def refuse_idle_settings(
 
 
 def not_replaced(ready: Vary, own: Vary, labels: Sequence[str], variables: Assignments) -> dict[str, object]:
-    """Return the variations of a ready sweep without those whose variables the user varies."""
+    """Return the variations of a ready sweep except those of variables that the user varies."""
     if not own:
         return dict(ready)
     names = [name for variation in read_variations(own) for name in names_of(variation)]

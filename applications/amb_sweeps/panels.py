@@ -29,12 +29,12 @@ class MapPanel:
 
 
 def numeric_axes(design: SamplePlan) -> list[str]:
-    """Return the numeric axes, including that of a sample."""
+    """Return the numeric axes, including the axis of a sample."""
     return [axis.name for axis in design.axes if axis.name == SAMPLE or (axis.columns[0].numeric and len(axis) > 1)]
 
 
 def panels(design: SamplePlan, across: Collection[str], described: Mapping[str, str] = NOTHING) -> list[MapPanel]:
-    """Return a panel for each combination of values of the axes that the panel does not plot.
+    """Return a panel for each combination of values of the axes that are not plotted.
 
     Titles use the descriptions by name in `described`, or the names.
     """
@@ -62,7 +62,7 @@ def value_text(name: str, value: Any, unit: str, described: str = "") -> str:
 
 
 def shown_unit(unit: str) -> str:
-    """Return a unit as figures write it, with a space between factors: `g m` for `g.m`."""
+    """Return a unit as written in figures, with a space between factors: `g m` for `g.m`."""
     return ShownUnit(unit, 1.0).label.replace(".", " ")
 
 

@@ -1,8 +1,8 @@
 """Bisects the boundary between two outcomes along the axes of a grid.
 
-If neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run, and the half whose
-ends differ is kept, until it is shorter than the tolerance. Each round halves all intervals, so spacing / tolerance =
-2^n takes n rounds.
+If neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run, and the half with
+different ends is kept, until it is shorter than the tolerance. Each round halves all intervals, so spacing / tolerance
+= 2^n takes n rounds.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Refinement:
     tolerance
         Length at which an interval is no longer halved, as a fraction of its axis.
     metric
-        The metric, 0 or 1, whose boundary is located.
+        The metric with the values 0 and 1 for which the boundary is located.
     """
 
     def __init__(self, design: SamplePlan, results: xr.Dataset, tolerance: float, metric: str) -> None:
@@ -66,7 +66,7 @@ class Refinement:
         self._halved: list[Interval] = []
 
     def next_round(self) -> SamplePlan | None:
-        """Return the points of the next round; None if every interval is short enough."""
+        """Return the points of the next round, or None if every interval is short enough."""
         self._halved = [i for i in self.intervals if i.high - i.low > self.tolerance * (self.design.shape[i.axis] - 1)]
         if not self._halved:
             return None
@@ -80,7 +80,7 @@ class Refinement:
         return SamplePlan((Axis(POINT, tuple(columns), settings),), f"round {self.rounds}")
 
     def learn(self, results: xr.Dataset) -> None:
-        """Replace each interval by its half whose ends differ; drop intervals whose middle has no outcome."""
+        """Replace each interval by its half with different ends; drop intervals without an outcome in the middle."""
         for interval, value in zip(self._halved, results[self.metric].values, strict=True):
             if math.isnan(value):
                 self.intervals.remove(interval)

@@ -1,6 +1,6 @@
 """Robustness of the outcome of a scenario against identified H and small changes of values.
 
-If such a change flips the outcome, it is *fragile*: it depends on the digits of the input as much as on the machine.
+If such a change flips the outcome, it is *fragile*: it depends as much on the digits of the input as on the machine.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Robustness(WarnedResult, DrawnResult):
 
     @property
     def flips(self) -> dict[str, str]:
-        """The decided outcomes that differ from the scenario's, by change; none if that is undecided itself."""
+        """The decided outcomes that differ from the scenario's, by change; none if the scenario's is undecided."""
         if AS_IT_IS in self.undecided:
             return {}
         differing = (row for row in self.rows if row.outcome != self.outcome and row.changed not in self.undecided)
@@ -95,12 +95,12 @@ class Robustness(WarnedResult, DrawnResult):
 
     @property
     def undecided(self) -> list[str]:
-        """Changes whose run ends too early for an outcome."""
+        """Changes with a run that ends too early for an outcome."""
         return [row.changed for row in self.rows if row.outcome.startswith(UNDECIDED)]
 
     @property
     def verdict(self) -> str:
-        """`fragile` if a variation flips the outcome; `undecided` if a run ends too early to decide; else `robust`."""
+        """`fragile` if a variation flips the outcome; `undecided` if a run ends too early; otherwise `robust`."""
         return "fragile" if self.flips else UNDECIDED if self.undecided else "robust"
 
     def text(self) -> list[TextBlock]:

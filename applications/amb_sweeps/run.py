@@ -56,9 +56,9 @@ class Sweep:
     design
         Points of the sweep.
     boundary
-        Metric, 0 or 1, whose boundary the maps draw.
+        Metric with the values 0 and 1; the maps draw its boundary.
     description
-        Description of a ready sweep; empty of any other.
+        Description of a ready sweep, empty for other sweeps.
     """
 
     folder: Path
@@ -73,12 +73,14 @@ class Sweep:
 
     @property
     def name(self) -> str:
-        """Name of its scenario."""
+        """Name of the sweep's scenario."""
         return str(json.loads(self.dataset.attrs["request"])["scenario"].get("name", ""))
 
     @property
     def title(self) -> str:
-        """Title of its figures: its description, or name and description of its scenario, with speeds in their unit."""
+        """Title of the figures: the sweep's description, or its scenario's name and description, with speeds in their
+        unit.
+        """
         about = str(json.loads(self.dataset.attrs["request"])["scenario"].get("description", ""))
         text = self.description or (f"Variations of {self.name}: {about}" if about else self.name)
         return with_speeds_in(text, speed_unit())
@@ -142,7 +144,7 @@ def sweep(
     keep
         Outcomes whose full records are saved in the folder `runs`: `trapped`, `failed`, ...; `all` for every run.
     boundary
-        The metric whose boundary the maps draw without bisection: recovered, contact or rolling.
+        Metric that provides the boundary in maps without bisection: recovered, contact or rolling.
     certainty
         Fraction of an axis to which a boundary is bisected.
     scheduler, jobs
@@ -155,7 +157,7 @@ def sweep(
     Raises
     ------
     ValueError
-        If a name, value or file is invalid, or the folder has the sweep of another request.
+        If a name, value or file is invalid, or the folder contains the sweep of another request.
     ClusterFailed
         If the cluster ended before the sweep; earlier results are stored.
     KeyboardInterrupt
@@ -237,7 +239,7 @@ def _request(task: Task) -> dict[str, Any]:
 
 
 def _rotor_file(rotor: RotorSource) -> dict[str, Any] | None:
-    """Return the content of a scenario's rotor file; None if it has none, or a rotor created in Python."""
+    """Return the content of a scenario's rotor file, or None if it has no file or a rotor created in Python."""
     if is_rotor(rotor):
         return None
     with suppress(ValueError):  # no pack has a rotor

@@ -5,8 +5,8 @@
 
 A single process writes the store. Every chunk is a file with a checksum that is replaced atomically. `outcome` is
 written last and shows which points exist, so a sweep that was killed at any moment can resume. Metadata of the arrays
-exist twice, in a file per array and in one for all (`.zmetadata`), so damage to either is detected. Only temporary
-files of a killed process are removed.
+are stored twice, in a file per array and in a common file (`.zmetadata`), so damage to either is detected. Only
+temporary files of a killed process are removed.
 """
 
 from __future__ import annotations
@@ -166,7 +166,7 @@ class SweepStore:
         return write_group(dataset, folder / STORE, dict.fromkeys(dataset.data_vars, chunks))
 
     def replace_group(self, name: str, dataset: xr.Dataset) -> None:
-        """Write a data set as a group of the store, replacing that of an earlier sweep."""
+        """Write a data set as a group of the store, replacing the group of an earlier sweep."""
         target = self.path / name
         if os.path.lexists(target):
             open_sweep(self.folder, name)
@@ -226,7 +226,7 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
 
 
 def check_same(request: Mapping[str, Any], stored: Mapping[str, Any], folder: Path) -> None:
-    """Raise ValueError if a request differs from that of the sweep in a folder.
+    """Raise ValueError if a request differs from the request of the sweep in a folder.
 
     GUIDs depend on the rest of the request, the code, and files other than the rotor's. They are listed only if
     nothing else differs.

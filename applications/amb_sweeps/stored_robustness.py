@@ -30,7 +30,7 @@ class StoredOutcome(Table):
 
     @property
     def verdict(self) -> str:
-        """`fragile` if a variation flips the outcome; `undecided` if the run ends too early for one; else `robust`."""
+        """`fragile` if a variation flips the outcome; `undecided` if the run ends too early; otherwise `robust`."""
         return "fragile" if self.flips else "undecided" if self.outcome.startswith("undecided") else "robust"
 
     @property

@@ -52,7 +52,7 @@ def _alternative_line(title: str, part: xr.Dataset) -> str:
 
 
 def _force(part: xr.Dataset, metric: str, words: str) -> str:
-    """Return the largest value of a metric of force with its site and point, as the end of a line."""
+    """Return the largest value of a force metric with its site and point, as the end of a line."""
     if metric not in part or not part[metric].notnull().any() or not float(part[metric].max()):
         return ""
     values = part[metric].values

@@ -78,7 +78,7 @@ def variations(
 
 
 def identification_speeds(plan: ScenarioPlan) -> list[float]:
-    """Return the speeds (rad/s) at which H is identified: that of the run, or a grid over its range."""
+    """Return the speeds (rad/s) at which H is identified: the speed of the run, or a grid over its range."""
     speeds = [plan.speed, *(speed for _, speed in plan.profile)]
     lowest = plan.all_parameters()[CONTROLLER]["rolac.min_speed"] or 0.0
     low, high = max(min(speeds), lowest), max(speeds)
@@ -89,7 +89,7 @@ Scaled = Callable[[float], dict[str, Raw]]
 
 
 def _quantities(plan: ScenarioPlan, settings: Mapping[str, Raw]) -> Iterator[tuple[str, Scaled | str]]:
-    """Yield names of quantities with settings scaled by a factor, or the reason why there is nothing to vary."""
+    """Yield names of quantities with settings scaled by a factor, or the reason why a quantity cannot be varied."""
     values = {k: dict(v) for k, v in plan.all_parameters().items()}
     controller, plant = values.get(CONTROLLER, {}), values.get(PLANT, {})
     gains = DIRECT if controller.get("pid.direct") else ASSUMED
@@ -115,7 +115,7 @@ def _times(values: Mapping[str, float]) -> Scaled:
 
 
 def _unbalance(plan: ScenarioPlan, settings: Mapping[str, Raw]) -> Scaled | str:
-    """Return settings that scale all unbalances, including those set instead of the scenario's."""
+    """Return settings that scale all unbalances, including unbalances set instead of the scenario's."""
     assignments = plan.assembly.assignments()
     first = {n: v for n, v in plan.inputs.items() if v and assignments.port(n).unit == UNBALANCE}
     later = [n for _, n, value in plan.events if value and assignments.port(n).unit == UNBALANCE]

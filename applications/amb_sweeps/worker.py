@@ -76,7 +76,7 @@ class PointResult:
 
 @dataclass(frozen=True)
 class _Machine:
-    """FMUs that points share, their instances and saved states, the places of the rotor, and what is recorded."""
+    """FMUs that points share, their instances and saved states, the places of the rotor, and the recorded variables."""
 
     assembly: Assembly
     instances: InstancePool
@@ -198,7 +198,7 @@ def varied(scenario: Scenario, values: Mapping[str, Setting]) -> tuple[Scenario,
 
 
 def event_of(labels: Sequence[str], name: str) -> str:
-    """Return the event label with which the name of a variation begins; empty if none."""
+    """Return the event label with which the name of a variation begins, or "" if there is none."""
     label = name.partition(".")[0]
     return label if label in labels else ""
 

@@ -4,9 +4,9 @@ The checksum is of the compressed bytes, so damaged data are never unpacked. It 
 3 has another, but no specified index of all metadata. Zarr reads a missing chunk as an empty one, so empty chunks are
 written too, and a missing chunk is an error.
 
-A store from elsewhere is data: chunks must be files of the store, not links, and have only codecs that this package
-writes. A block of Zstandard of 4 bytes stands for at most 128 KiB, so all arrays together have at most 32768 times the
-size of their chunks.
+A store from elsewhere is not trusted: chunks must be files of the store, not links, and have only codecs that this
+package writes. A block of Zstandard of 4 bytes stands for at most 128 KiB, so all arrays together have at most 32768
+times the size of their chunks.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from rotor_analysis.tracking import pair_modes
 
 @dataclass(frozen=True, eq=False)
 class CondensationError:
-    """Errors of the condensed model by mode, in ascending frequency of the full model; NaN for modes that it lacks.
+    """Errors of the condensed model by mode, in ascending frequency of the full model, with NaN for missing modes.
 
     planes
         Node numbers of the masters.

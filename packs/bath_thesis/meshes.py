@@ -45,7 +45,7 @@ def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
     rotor
         The rotor.
     nodes
-        Node numbers to keep: both ends, and those of parts and masters.
+        Node numbers to keep: both ends, and the nodes of parts and masters.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
 
 
 def even_nodes(rotor: Rotor) -> Rotor:
-    """Return a uniform rotor with nodes equally apart, one for each master, and its bearings on the outermost but one.
+    """Return a uniform rotor with equidistant nodes, one for each master, and bearings next to the outermost nodes.
 
     The other parts keep their order. Such a coarse mesh moves masses and bearings.
     """

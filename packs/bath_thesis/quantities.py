@@ -1,4 +1,4 @@
-"""Quantities and plots for the thesis's statements only: of runs of its rig, and of its studies."""
+"""Quantities and plots for the thesis's statements only, from runs of its rig and from its studies."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def frequency_errors(
     reference: str = REFERENCE,
     reference_mass: str = "",
 ) -> Annotated[list[float], "1"]:
-    """Return the relative deviations of frequencies from those of another model, at one speed (rad/s) (1).
+    """Return the relative deviations of frequencies from another model, at one speed (rad/s) (1).
 
     `reference` is a mesh, with consistent mass unless `reference_mass` says otherwise.
     """
@@ -147,25 +147,25 @@ def measured_norm(result: SynchronousResponse, axis: int, frequency: float) -> A
 
 
 def critical_speed_shift(result: ModelReduction, model: str) -> Annotated[float, "1"]:
-    """Return the largest relative change (1) of a critical speed from the full model to another."""
+    """Return the largest relative change (1) of a critical speed from the full model to another model."""
     return _largest_shift(result, result.models[model].critical_speeds)
 
 
 def critical_speed_shift_of_even_nodes(result: ModelReduction) -> Annotated[float, "1"]:
-    """Return the largest change of a critical speed of the full model by six nodes equally apart, lumped masses (1)."""
+    """Return the largest change of critical speeds by using six equidistant nodes with lumped masses (1)."""
     model = supported_rotor(even_nodes(load_rotor("bath_rig_thesis")), "diagonal").model
     crossings = campbell(model, result.speeds, COUNT).critical_speeds
     return _largest_shift(result, [crossing.Omega for crossing in crossings])
 
 
 def _largest_shift(result: ModelReduction, others: Sequence[float]) -> float:
-    """Return the largest relative change of the full model's critical speeds to others (rad/s), in their order."""
+    """Return the largest relative change from the full model's critical speeds to others (rad/s), in their order."""
     exact = result.models[FULL].critical_speeds
     return max(abs(other / full - 1.0) for full, other in zip(exact, others, strict=False))
 
 
 def response_error(result: ModelReduction, model: str) -> Annotated[float, "1"]:
-    """Return the largest deviation of the response to unbalance from that of the full model (1)."""
+    """Return the largest deviation of the unbalance response from the full model (1)."""
     return 0.01 * result.largest_response_error[model]
 
 
@@ -183,7 +183,7 @@ def critical_speeds(run: Signals, count: int) -> Annotated[list[float], "rad/s"]
 
 
 def step_of_unbalance(run: Signals, disc: str) -> Annotated[list[float], "kg.m"]:
-    """Return the unbalance of a disc before the scenario's disturbance, and what this adds (kg m)."""
+    """Return the unbalance of a disc before the scenario's disturbance, and the unbalance that this adds (kg m)."""
     data = json.loads(run.attrs["scenario_data"])
     factor, name = data.get("unbalance_factor", 1.0), f"{disc}.u"
     (step,) = (event for event in data["event"] if event.get("role") == "disturbance")
@@ -194,7 +194,9 @@ def step_of_unbalance(run: Signals, disc: str) -> Annotated[list[float], "kg.m"]
 
 
 def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annotated[float | None, "1"]:
-    """Return the largest amplitude at the end over that before ROLAC's beginning (1), of planes by their x sensors."""
+    """Return the largest ratio of the final amplitude to the one before ROLAC starts (1), of planes by their x
+    sensors.
+    """
     chosen = [(x, y) for x, y in SENSOR_PLANES if x in planes.split(",")]
     pairs = [(sensor_amplitude(run, x, y, "before"), sensor_amplitude(run, x, y, "end")) for x, y in chosen]
     return max((after / before for before, after in pairs if before and after is not None), default=None)
@@ -213,7 +215,7 @@ def identified_norm(run: Signals) -> Annotated[float | None, "N/m"]:
 
 
 def frequency_panels(result: MeshAndCondensation) -> list[Panel]:
-    """Return the error of each mesh against the finest with consistent mass, and of the condensed frequencies."""
+    """Return the error of each mesh against the finest mesh with consistent mass, and of the condensed frequencies."""
     meshes, condensed = result.frequencies.by_mesh, result.frequencies.condensed
     exact = np.array(next(iter(meshes.values()))["consistent"]["90"])
     rows = {

@@ -48,7 +48,7 @@ class Judged:
     converged, converged_is_met
         The value of the model with more modes, and whether it meets the statement; None if not computed.
     robustness
-        Whether the stated outcome is robust, and what flips it; empty if unknown.
+        Whether the stated outcome is robust, and the changes that flip it; empty if unknown.
     """
 
     statement: Statement
@@ -131,11 +131,11 @@ def assess(
     statements
         The content of a file.
     folder
-        Folder of stored answers; those of unchanged jobs are reused.
+        Folder of stored answers; answers of unchanged jobs are reused.
     only
         Chapters (`ch4`) and groups of statements, such as a table (`table3_1`); by default all.
     processes
-        Most processes at a time; as many as there are processors by default.
+        Largest number of simultaneous processes; one per processor by default.
     progress
         Called with the number of sources done and of all.
     outcomes

@@ -17,7 +17,7 @@ REASONS: Mapping[Cause, str] = {
 
 
 def overview(report: Report) -> str:
-    """Return the number of statements by verdict as sentences, and of those that are missed by cause."""
+    """Return sentences with the number of statements by verdict, and of the missed statements by cause."""
     counts, label = report.counts(), report.statements.label
     plain, with_reading = counts[Verdict.REPRODUCED], counts[Verdict.WITH_READING]
     within, missed = counts[Verdict.WITHIN_LIMIT], counts[Verdict.MISSED]

@@ -76,7 +76,7 @@ def page(report: Report) -> str:
 
 
 def sections(report: Report, chapter: Chapter) -> Iterator[Section]:
-    """Yield the statements of a chapter by source, in the order of their file; those without a source together."""
+    """Yield the statements of a chapter by source, in the order of their file, and those without a source together."""
     groups: dict[str, list[Judged]] = {}
     sources = _source_of_group(report)
     for item in report.of_chapter(chapter):

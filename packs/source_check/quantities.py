@@ -1,8 +1,8 @@
-"""Quantities and plots for statements: those of this package, and those of the module named in a file.
+"""Quantities and plots for statements, from this package and from the module named in a file.
 
 They are the public functions of a module. Their first argument is a run (`Signals`), or the result of a study. A
 function that returns panels is a plot. Any other is a quantity; the unit of its number is in the annotation of the
-return type, `Annotated[float, "N"]`, which is not needed for texts, truth values and numbers with units.
+return type, `Annotated[float, "N"]`, which texts, truth values and numbers with units do not need.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ Quantities = Mapping[str, tuple[Callable[..., Any], str]]
 
 
 def quantities_of_runs(module: str = "") -> Quantities:
-    """Return the quantities of runs, with those of a module, if any."""
+    """Return the quantities of runs, including those of a module, if any."""
     functions = _functions(run_quantities.__name__, module)
     return {f.call.__name__: (f.call, f.unit) for f in functions if f.subject is Signals and not f.draws}
 
 
 def quantities_of_studies(module: str = "") -> Quantities:
-    """Return the quantities of studies, with those of a module, if any."""
+    """Return the quantities of studies, including those of a module, if any."""
     functions = _functions(study_quantities.__name__, module)
     return {f.call.__name__: (f.call, f.unit) for f in functions if is_dataclass(f.subject) and not f.draws}
 
@@ -39,7 +39,7 @@ def panels_of_run(run: Signals, module: str = "") -> tuple[Panel, ...]:
 
 
 def panels_of_study(result: Any, module: str = "") -> tuple[Panel, ...]:
-    """Return the plots of a study's result, by this package or a module; none if a study has no curves."""
+    """Return the plots of a study's result from this package or a module; none if the study has no curves."""
     plots = [f for f in _functions(study_panels.__name__, module) if f.draws and is_dataclass(f.subject)]
     return next((tuple(f.call(result)) for f in plots if isinstance(result, f.subject)), ())
 

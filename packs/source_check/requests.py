@@ -28,12 +28,12 @@ class QuantityRequest:
 
 
 def evaluate(subject: Any, request: QuantityRequest, quantities: Mapping[str, Any]) -> Computed | None:
-    """Return a quantity of a run or of a study in the requested unit; None if it has none.
+    """Return a quantity of a run or of a study in the requested unit, or None if it has no value.
 
     Raises
     ------
     ValueError
-        If there is no such quantity, or the unit is of another dimension.
+        If there is no such quantity, or the unit has another dimension.
     """
     if request.quantity not in quantities:
         raise ValueError(f"there is no quantity {request.quantity!r}; it must be one of {', '.join(quantities)}")

@@ -31,7 +31,7 @@ class OutcomeCase:
 
 
 def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict[str, str]:
-    """Repeat the runs of a pack, store which outcomes are robust, and return the reasons of failures, by name.
+    """Repeat the runs of a pack, store which outcomes are robust, and return the reasons for failures, by name.
 
     Runs are repeated with H identified and with 1 % more and less of each quantity. The report and pages show the
     stored results.
@@ -87,7 +87,7 @@ def outcome_cases(pack: str, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
 
 
 def outcome_of_case(case: OutcomeCase) -> StoredOutcome | str:
-    """Return the outcome of a run and what flips it, or the reason of a failure."""
+    """Return the outcome of a run and the changes that flip it, or the reason for a failure."""
     from amb_sweeps.robustness import robustness
 
     try:

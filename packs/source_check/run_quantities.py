@@ -32,7 +32,7 @@ def contact_share(
 ) -> Annotated[float | None, "1"]:
     """Return the share of the time (1) in the named contact states, such as `none, both`.
 
-    By default from the step to the removal, or to the end.
+    By default, the time is from the step to the removal, or to the end.
     """
     step, removal = contact_history.loaded_interval(run)
     state = signal(run, "contact_state")
@@ -55,7 +55,7 @@ def first_contact(run: Signals, since: float = 0.0) -> Annotated[float | None, "
 
 
 def second_site_after(run: Signals) -> Annotated[float | None, "1"]:
-    """Return the cycles from the first contact at one retainer to the first at another; None if only one is touched."""
+    """Return the cycles from the first contact at one retainer to the first at another, or None without both."""
     state, from_0 = signal(run, "contact_state"), cycles(run) >= 0.0
     if state is None:
         return None
@@ -153,12 +153,12 @@ def largest_radius(run: Signals, bearing: str, begin: float = 0.0, end: float = 
 
 
 def orbit_amplitude(run: Signals, bearing: str, when: When) -> Annotated[float | None, "m"]:
-    """Return the synchronous amplitude at a bearing (m) `before` the step, or ROLAC's beginning, or at the `end`."""
+    """Return the synchronous amplitude at a bearing (m) `before` the step or ROLAC's start, or at the `end`."""
     return settled_amplitude(run, displacements(run, f"{bearing}.x", f"{bearing}.y"), when)
 
 
 def amplitude_left(run: Signals, bearing: str) -> Annotated[float | None, "1"]:
-    """Return the synchronous amplitude at a bearing at the end over that before the step or ROLAC's beginning (1)."""
+    """Return the ratio of the final synchronous amplitude at a bearing to that before the step or ROLAC's start (1)."""
     before, end = orbit_amplitude(run, bearing, "before"), orbit_amplitude(run, bearing, "end")
     return None if not before or end is None else end / before
 
@@ -169,7 +169,7 @@ def sensor_amplitude(run: Signals, x: str, y: str, when: When) -> Annotated[floa
 
 
 def bearings_that_calm(run: Signals) -> str:
-    """Return the bearings whose synchronous amplitude at the end is below that before the change."""
+    """Return the bearings with a smaller synchronous amplitude at the end than before the change."""
     calm = []
     for bearing in places(run).bearings:
         before, end = orbit_amplitude(run, bearing, "before"), orbit_amplitude(run, bearing, "end")

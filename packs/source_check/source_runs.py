@@ -42,7 +42,7 @@ def scenario_of(source: Source) -> Scenario:
 
 
 def _on_system(scenario: Scenario, system: str) -> Scenario:
-    """Return a scenario on another system, without its settings for components that this lacks."""
+    """Return a scenario on another system, without settings for components that this system lacks."""
     names = {component.name for component in load_system(system).components}
     events = tuple(
         event.model_copy(update={"set": {name: values for name, values in event.set.items() if name in names}})

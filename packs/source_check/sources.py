@@ -56,7 +56,7 @@ FOLDER = "sources"  # in the folder of the report
 class Job:
     """A source with its requests, and the file that stores the answer.
 
-    `quantities` is the module with quantities from outside this package.
+    `quantities` is a module outside this package with further quantities.
     """
 
     name: str
@@ -74,7 +74,7 @@ class SourceResult:
     key
         Key of the job.
     values, failures
-        Requested values in their units, by key, and reasons for missing ones.
+        Requested values in their units, by key, and reasons for missing values.
     title, text, parameters
         Title of the run or the study, the text of its file, and its settings.
     panels, picture
@@ -119,7 +119,7 @@ def job_of(
 def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> dict[str, SourceResult]:
     """Return the answer of each job by the name of its source.
 
-    An answer stored under the job's key is read; the others are computed in parallel processes and stored.
+    An answer stored under the job's key is read; other answers are computed in parallel processes and stored.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def _evaluate_all(job: Job, subject: Any, quantities: Mapping[str, Any]) -> dict
 
 
 def scenario_text(name: str) -> str:
-    """Return the text of a scenario's file, preceded by those of its bases."""
+    """Return the text of a scenario's file, preceded by the texts of its bases."""
     text = read_text(files_of("scenarios")[name], name)
     base = parse_toml(text, name).get("base")
     headed = f"# {name}.toml\n{text}"

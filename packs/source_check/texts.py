@@ -50,7 +50,7 @@ def converged_text(item: Judged) -> str:
 def remark_text(item: Judged, omitted: str = "") -> str:
     """Return the reading of a verdict, the reason of a miss, or a remark; and the results of other ways.
 
-    `omitted` is a reading that the page states elsewhere, and is left out here.
+    `omitted` is a reading that is left out, because the page states it elsewhere.
     """
     reading = (
         item.reading if item.verdict in (Verdict.WITH_READING, Verdict.WITHIN_LIMIT) and item.reading != omitted else ""

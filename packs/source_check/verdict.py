@@ -28,8 +28,8 @@ def meets(statement: Statement, ours: Computed | None) -> bool:
 
     |ours - stated| <= max(tolerance |stated|, absolute)
 
-    A limit may be exceeded by as much, and a value below its floor does not keep it; in a list every number must agree.
-    Texts and truth values must be equal.
+    A limit may be exceeded by the same amount, and a value below its floor does not keep it. In a list, every number
+    must agree. Texts and truth values must be equal.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def meets(statement: Statement, ours: Computed | None) -> bool:
 
 
 def judge(statement: Statement, values: list[tuple[Computed | None, str]]) -> tuple[Verdict, int]:
-    """Return the verdict on a statement, and the index of the value that it is based on.
+    """Return the verdict on a statement, and the index of the value on which it is based.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def judge(statement: Statement, values: list[tuple[Computed | None, str]]) -> tu
 
 
 def _when_met(statement: Statement, reading: str) -> Verdict:
-    """Return the verdict on a statement that is met; if several apply, the one that claims least."""
+    """Return the verdict on a statement that is met; if several apply, the weakest."""
     if statement.given:
         return Verdict.GIVEN
     if statement.definition:

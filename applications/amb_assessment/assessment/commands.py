@@ -41,13 +41,13 @@ def assess(
 ) -> None:
     """Assess a machine against API 617 and ISO 14839.
 
-    The page has a verdict for each criterion, and what to change. FILE may be the name of a packaged machine.
+    The page shows a verdict for each criterion and suggests changes. FILE may be the name of a packaged machine.
 
     Of the 30 packaged criteria, 15 were written without access to the text of their standard. The page cites each
     source.
 
     The exit code is 0 if all parts and criteria could be assessed and no loop is unstable, regardless of other
-    verdicts, else 1.
+    verdicts; otherwise it is 1.
     """
     if check:
         _print_description(file, criteria, flavour)

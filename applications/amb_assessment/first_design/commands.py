@@ -213,7 +213,8 @@ def _echo_design(name: str, design: Design) -> None:
 def _lag(design: Design) -> str:
     """Return the assumed lag of amplifier, filter and computer at the vibration that is nearest to its target.
 
-    A first-order amplifier lags by atan(f/f_b), a demand that is held for a sample after a sample of delay by 1.5 T.
+    A first-order amplifier lags by atan(f/f_b). A demand that is held for a sample after a delay of one sample lags by
+    1.5 T.
     """
     from amb_assessment.first_design.sizing import BANDWIDTH
 

@@ -60,7 +60,7 @@ def first_design(
     options: RunOptions,
     progress: Progress = lambda sample_time, tried: None,
 ) -> Design:
-    """Return the design for the first sample time whose loop is in zone A, or else the one that misses least.
+    """Return the design with the first sample time that puts the loop into zone A, or the one that is closest to it.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def first_design(
     options
         Options of the linearisation; only the flavour of the FMUs is used.
     progress
-        Called with the sample time and the number of gains tried at it.
+        Called with a sample time and the number of gains tried with it.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def first_design(
 
 
 def _refusal(sizes: MachineSizes, best: Design, machine: Machine) -> str:
-    """Return the message that no PID levitates the rotor, with the growing motion, and what to change."""
+    """Return the message that no PID levitates the rotor, with the growing motion and a suggested change."""
     loop = best.loop
     gains = ", ".join(f"{k:.3g} N/m" for k in best.pid.k_b.values())
     return "; ".join(

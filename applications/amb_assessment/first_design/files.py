@@ -72,20 +72,20 @@ def new_machine(
         The folder, which has the name of the machine.
     rotor
         Text of a rotor file, from `plain_shaft` or a drawing. Without `[damping]`, a default is assumed; without
-        `[reduction]`, the plant is that of a rotor that may spin at the trip speed.
+        `[reduction]`, the plant is accurate up to the trip speed.
     speed
         Highest operating speed (rad/s).
     bearings
         Positions of two magnetic bearings (m), if the rotor file has none; by default `supports` places them.
     magnet
-        K_i and K_s of the axes from a data sheet; by default those of the first design.
+        K_i and K_s of the axes from a data sheet; by default they are designed.
     flavour
         Flavour of the FMUs to linearise.
     progress
-        Called with the sample time and the number of gains tried at it.
+        Called with a sample time and the number of gains tried with it.
     gap, tilt
-        Air gap of the magnets (m), by default as `machine_sizes` has it, and angle of the shaft above the horizontal
-        (rad), a lying shaft by default.
+        Air gap of the magnets (m), by default as in `machine_sizes`, and angle of the shaft above the horizontal (rad),
+        by default 0.
     thrust_disc
         Whether a rotor file without a thrust disc gets one, with faces at its lower retainer.
 
@@ -93,7 +93,7 @@ def new_machine(
     ------
     ValueError
         If the folder exists, its name is not allowed in a TOML file, the rotor file is not valid or lacks parts that
-        `machine_sizes` needs, bearings are both in the file and placed, or no gains levitate the rotor.
+        `machine_sizes` needs, bearings are given twice, or no gains levitate the rotor.
     """
     require_name(folder.name)
     require(abs(tilt) <= 0.5 * math.pi, "tilt", f"{math.degrees(tilt):g} deg", ">= -90 deg and <= 90 deg")
@@ -157,7 +157,7 @@ def _rotor_of(text: str, name: str) -> Rotor:
 def _filled(values: dict[str, str], falls: bool) -> dict[str, str]:
     """Return the templates with values, by file name.
 
-    Without retainers the templates of a fall are omitted, and lines that name them.
+    Without retainers, the templates of a fall and lines that name retainers are omitted.
     """
     texts = {file.name: file.read_text(encoding="utf-8") for file in sorted(TEMPLATES.iterdir())}
     omitted = set() if falls else {name for name, text in texts.items() if name == FALL or f'base = "{FALL}"' in text}

@@ -5,15 +5,15 @@ The search minimises the sum of all shortfalls from targets (index w):
     4 sum max(0, |S|/S_w - 1) + sum max(0, 1 - zeta/zeta_w) + sum max(0, k_w/k - 1),   k = K_b/K_s      (1)
 
 over the largest |S| up to 2 kHz and above, the smallest damping ratio of vibrations within the range of speed, up to
-twice the trip speed, and above, and the stiffness of each bearing. At low frequency |S| is K_s/K_b, and the rotor
-drifts away if the magnets have more than the K_b + K_s of the controller.
+twice the trip speed, and above, and the stiffness of each bearing. At low frequency, |S| is K_s/K_b, and the rotor
+drifts away if the negative stiffness of the magnets exceeds the K_b + K_s of the controller.
 
-The loop has all modes that samples see. The rotor of the runs has those of its file's [reduction], and residual shapes
-that control can drive although they are no modes. So its vibrations count in (1) too, lest a design be good and its
-scenarios unstable.
+The loop has all modes that samples see. The rotor of the runs has only the modes of its file's [reduction], and
+residual shapes that control can drive, although they are not modes. Its vibrations therefore count in (1), too;
+otherwise a design could be good and its scenarios unstable.
 
 A grid with the same ratios in all bearings comes first, then a simplex search from its best (J. A. Nelder, R. Mead,
-Computer Journal 7 (1965) 308-313). It has no random numbers: a drawing always gets the same design.
+Computer Journal 7 (1965) 308-313). The search uses no random numbers, so a drawing always yields the same design.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ BANDS = ("within the range of speed", "up to twice the trip speed", "beyond")
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Static current (A), K_s (N/m) and K_i (N/A) with which an axis carries its share of the weight."""
+    """Static current (A), K_s (N/m) and K_i (N/A) of an axis that carries its share of the weight."""
 
     static_current: float
     k_s: float
@@ -125,7 +125,7 @@ class Levitation:
 
     @property
     def holds(self) -> bool:
-        """Whether no motion grows, in runs neither."""
+        """Whether no motion grows, including motions in runs."""
         return not (self.motion or self.motion_in_runs)
 
     @property
@@ -191,7 +191,7 @@ def pid_of(k_s: dict[str, float], ratios: Sequence[float], sample_time: float) -
 
 
 def wanted_ratios(rotor: Rotor) -> tuple[float, float, float]:
-    """Return the wanted damping ratios in the three bands; in the last, at most half the rotor's damping, if any."""
+    """Return the wanted damping ratios in the three bands; in the last, at most half the damping of the rotor."""
     rotor_ratio = float(rotor.damping.ratios(MODES).min())
     return WITHIN_RANGE, WITHIN_TWICE, min(BEYOND, LEFT * rotor_ratio) if rotor_ratio > 0.0 else BEYOND
 
@@ -228,7 +228,7 @@ def levitation_of(loop: Loop, speed: float, pid: Pid, wanted: tuple[float, float
 
 
 def growth_in_runs(loop: Loop, speed: float) -> str:
-    """Return the fastest growing motion of the loop of the runs up to the trip speed, in words; empty if none grows."""
+    """Return the fastest growing motion of the loop in runs up to the trip speed, in words, or "" if none grows."""
     worst = max((loop.poles(share * speed).stability for share in JUDGED), key=lambda stability: stability.radius)
     return "" if worst.is_stable else f"{worst.motion} at {worst.speed * RPM:.0f} rpm"
 
@@ -265,7 +265,7 @@ class Designer:
 
     @cached_property
     def _searches(self) -> tuple[LoopSearch, LoopSearch]:
-        """The loop with all modes, and that of the runs."""
+        """The loop with all modes, and the loop of the runs."""
         machine, speeds = self.machine(), [share * self.speed for share in SEARCHED]
         return LoopSearch(machine.loop, speeds), LoopSearch(machine.run_loop, speeds)
 

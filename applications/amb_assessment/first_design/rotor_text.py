@@ -29,7 +29,7 @@ TEMPLATES = Path(__file__).parent / "part_templates"
 def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
     """Return a rotor file of a steel cylinder and a wheel, without supports.
 
-    d = sqrt(4 m_shaft/(pi rho L)),  m_shaft = 0.7 m;  the wheel's rim has 400 m/s at most    (1)
+    d = sqrt(4 m_shaft/(pi rho L)), m_shaft = 0.7 m; the wheel's rim moves at up to 400 m/s (1)
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def supports(
         Positions of the two bearings along the shaft (m); by default 0.18 and 0.82 of the length.
     k_b, c_b
         Stiffness (N/m) and damping (N s/m) of the bearings `left` and `right` in analyses without a controller; by
-        default undamped, and so stiff that the weight deflects them by half the clearance.
+        default without damping, and with a deflection of half the clearance under the weight.
     gap
         Air gap s_0 (m), by default that of (2).
 
@@ -148,7 +148,7 @@ def require_name(name: str) -> None:
 def require_speed(speed: float, written: str | None = None) -> None:
     """Raise a ValueError unless the models can turn at a speed (rad/s), and at the trip speed above it.
 
-    The message names the speed as it was written, if that is given.
+    The message names the speed as the user wrote it, if that is given.
     """
     shown = f"{speed:g} rad/s" if written is None else stated(f"{speed:g} rad/s", written)
     require(0.0 < speed <= FASTEST, "speed", shown, f"> 0 rad/s and <= {FASTEST:g} rad/s ({FASTEST * RPM:.0f} rpm)")

@@ -87,7 +87,7 @@ def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
 
 
 def high_voltage(sizes: MachineSizes) -> Iterator[str]:
-    """Yield the voltage of the coils if it exceeds that of industrial amplifiers, and coils for which these suffice.
+    """Yield the voltage of the coils if industrial amplifiers cannot supply it, and coils for which they suffice.
 
     U = 2 R I_max + L I_b 2 Omega,   I_b ~ I_max ~ 1/N,   R ~ L ~ N^2,   hence U ~ N at the same force     (1)
     """
@@ -115,7 +115,7 @@ def _damping_shortfall(rotor: Rotor, loop: Levitation) -> Iterator[str]:
 
 
 def hindering_positions(machine: Machine, loop: Levitation, speed: float) -> Iterator[str]:
-    """Yield the bending modes up to twice the trip speed that a bearing drives, or that no bearing reaches enough."""
+    """Yield the bending modes up to twice the trip speed that a bearing drives, or that no bearing reaches well."""
     is_short = any(zeta < wanted for zeta, wanted in zip(loop.ratios[:2], loop.wanted[:2], strict=True))
     for mode in mode_reaches(machine.rotor, machine.magnets, MODES):
         if mode.frequency <= 2.0 * TRIP * speed and mode.deciding.value < (WELL if is_short else REACHED):
@@ -137,7 +137,7 @@ def _mode_shortfall(mode: ModeReach) -> str:
 
 
 def advice(rotor: Rotor, loop: Levitation, speed: float) -> str:
-    """Return what to change if a motion of the loop grows, by its kind.
+    """Return what to change if a motion of the loop grows, depending on its kind.
 
     Far above the stiffness of its bearings a rigid rotor whirls forward at the frequency of nutation,
 
@@ -167,7 +167,7 @@ def advice(rotor: Rotor, loop: Levitation, speed: float) -> str:
 
 
 def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
-    """Yield the axes whose demand under the unbalance exceeds controller, coils and amplifiers at the highest speed."""
+    """Yield the axes with a demand under unbalance that controller, coils or amplifiers cannot supply at top speed."""
     motion = synchronous_response(machine, np.array([speed]), [machine.unbalanced_points]).reshape(-1)
     demands = np.abs(demanded_currents(machine, speed, speed) @ motion)
     for (bearing, axis), demand in zip(machine.loop.lateral_axes, demands, strict=True):

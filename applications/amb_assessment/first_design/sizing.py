@@ -1,7 +1,7 @@
 """First sizes of the magnetic bearings of a rotor from its weight and speed, by handbook rules.
 
-Replace them by data sheets: every number is in a file that states its source.
-Sources: G. Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009; ISO 21940-11 (balancing grades).
+Replace these sizes by those of data sheets: every number is in a file that states its source. Sources: G. Schweitzer,
+E. H. Maslen, Magnetic Bearings, Springer, 2009; ISO 21940-11 (balancing grades).
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class MagnetData:
 
     gap, bias
         Air gap (m) or bias current I_0 (A) of its coils, if stated; each follows from the other. If one is stated, K_i
-        and K_s are those without load, otherwise those at the operating point.
+        and K_s hold without load, otherwise at the operating point.
     drive
         How the coils carry a load: `differential`, I_0 + i_s and I_0 - i_s, or `one-sided`, I_0 + I_s and I_0.
     """
@@ -64,7 +64,7 @@ class MagnetData:
 
     @property
     def keeps_k_s(self) -> bool:
-        """Whether K_s is that of the loaded axis, because neither gap nor bias is stated."""
+        """Whether K_s holds for the loaded axis, because neither gap nor bias is stated."""
         return self.gap is None and self.bias is None and self.drive == "differential"
 
 
@@ -94,7 +94,7 @@ class MachineSizes:
     plane, retainers
         The plane of unbalance next to the centre of mass, and the sites that are retainers of the bearings.
     gap
-        Air gap of the magnets, twice the least clearance of a retainer; without retainers `gap_for` the shaft.
+        Air gap of the magnets: twice the smallest clearance of a retainer, or `gap_for` the shaft if there is none.
     turns, pole_area, bias_current, current_limit
         Values of a magnet.
     resistance, inductance, voltage_limit
@@ -102,7 +102,7 @@ class MachineSizes:
     unbalance
         Unbalance of the balancing grade at this speed.
     loads
-        Share of the weight that an axis at 45 degrees carries at this speed, by bearing; of both axes the larger.
+        Share of the weight that an axis at 45 degrees carries at this speed, by bearing; the larger of both axes.
     coils
         Currents and pole area of each bearing that is driven differentially; empty if the upper coils carry the load.
     """
@@ -132,7 +132,7 @@ class MachineSizes:
 
     @property
     def clearance(self) -> float:
-        """Least clearance of a retainer (m)."""
+        """Smallest clearance of a retainer (m)."""
         return min((site.clearance for site in self.retainers), default=0.5 * self.gap)
 
 
@@ -146,12 +146,12 @@ def machine_sizes(
     I_0 = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
     K_s(i_s) = K_s (1 + (i_s/I_0)^2),  i_s = W/K_i                                          (4)
 
-    m_b is the share of the flexible rotor's mass on a bearing (`carried_with_seals`); F and the data sheet must suffice
-    at rest, too, where seals may carry less. In (1) B is the flux density at twice
-    the bias current, the largest with a control current of the bias current, and the force includes the unbalance of
-    twice the balancing grade. (2) gives a full-swing bandwidth of about twice the speed. For a data sheet, (3), from
-    (2.8) and (2.9) without a static current, replaces (1). (4) holds for differential drive. Unless gap or bias is
-    stated, I_0 is such that K_s(i_s) is the data sheet's, and the gap such that I_0 is at least `ROOM` times i_s.
+    m_b is the share of the flexible rotor's mass on a bearing (`carried_with_seals`); F and the data sheet must also
+    suffice at rest, where seals may carry less. In (1) B is the flux density at twice the bias current, the largest
+    with a control current of the bias current, and the force includes the unbalance of twice the balancing grade. (2)
+    gives a full-swing bandwidth of about twice the speed. For a data sheet, (3), from (2.8) and (2.9) without a static
+    current, replaces (1). (4) holds for differential drive. Unless gap or bias is stated, I_0 is chosen so that
+    K_s(i_s) equals the data sheet's, and the gap so that I_0 is at least `ROOM` times i_s.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def machine_sizes(
     magnet
         Constants of a data sheet.
     gap
-        Air gap (m); by default twice the least clearance of the retainers, or that of the data sheet.
+        Air gap (m); by default twice the smallest clearance of the retainers, or the gap of the data sheet.
     tilt
         Angle beta of the shaft above the horizontal (rad).
 
@@ -235,7 +235,7 @@ def _axis_loads(rotor: Rotor, Omega: float, across: float) -> dict[str, float]:
 
 
 def _gap_with(magnet: MagnetData, gap: float, load: float) -> float:
-    """Return the gap (m) of a magnet of a data sheet, of which `gap` is the least that clears the retainers."""
+    """Return the gap (m) of a magnet of a data sheet; `gap` is the smallest that clears the retainers."""
     if magnet.gap is not None:
         return magnet.gap
     if magnet.bias is not None:

@@ -2,7 +2,7 @@
 
     A = mu_0 F/B^2,  F = 4 m g;   K_b = K_s,  C_b = 2 zeta sqrt(K_b m)                              (1)
 
-ROLAC is radial, and so all five axes have one linear law, which is that of the radial design to the last bit.
+ROLAC is radial. All five axes therefore have one linear law, which equals the law of the radial design to the last bit.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Thrust(NamedTuple):
 
     @property
     def lines(self) -> str:
-        """Lines of a scenario with the values that differ from those of the radial magnets."""
+        """Lines of a scenario with the values that differ from the radial magnets."""
         values = {
             "pole_area_z": f"{1e4 * self.pole_area:.5g} cm^2",
             "inductance_z": f"{1e3 * self.inductance:.5g} mH",

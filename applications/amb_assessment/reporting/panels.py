@@ -40,7 +40,7 @@ class Curve:
 class Panel:
     """A plot: title, labels of its axes, curves, whether both axes have the same scale, and which are logarithmic.
 
-    Zones are ranges of y, ascending: the upper end and the name of each. The axis of y holds the values `holds`, which
+    Zones are ranges of y, ascending: the upper end and the name of each. The y axis includes the values `holds`, which
     are limits.
     """
 
@@ -150,7 +150,7 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
 
 
 def _orbits(run: Signals, inside: Bools) -> Iterator[Curve]:
-    """Yield the clearance and the orbits; if the rotor rolls, from before the disturbance until it begins to roll."""
+    """Yield the clearance and the orbits; if the rotor rolls, from before the disturbance until rolling begins."""
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     yield Curve("clearance", np.cos(angle), np.sin(angle), "dashed")
     rolling = rolling_from(run)
@@ -176,7 +176,7 @@ def _clearance(run: Signals, site: str) -> float:
 
 
 def _extremes(values: Array, parts: int) -> Indices:
-    """Return the indices of the least and the largest value in each of some equal parts, ascending."""
+    """Return the indices of the smallest and the largest value in each of a number of equal parts, ascending."""
     edges = np.linspace(0, len(values), parts + 1).astype(int)
     extremes = {0, len(values) - 1}
     for first, last in pairwise(edges):

@@ -66,7 +66,7 @@ def _legend_columns(names: Sequence[str]) -> int:
 
 
 def _draw_zones(axes: Axes, panel: Panel) -> None:
-    """Shade the zones from the lower end of the axis, the lowest darkest, and write their names."""
+    """Shade the zones from the lower end of the axis, with the lowest darkest, and write their names."""
     below, top = axes.get_ylim()
     for k, (limit, name) in enumerate(panel.zones):
         if below < limit:

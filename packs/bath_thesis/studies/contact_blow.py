@@ -39,7 +39,7 @@ def law_of_plant(law: str, k_c: float, delta_c: float, c_c: float, alpha_c: floa
 
 
 def blow(law: ForceLaw, mass: float, speed: float, duration: float) -> tuple[Array, Array, Array]:
-    """Return penetration (m), its rate (m/s) and force (N) from first touch until the mass leaves, shape (n,) each.
+    """Return penetration (m), its rate (m/s) and force (N) from first touch until the mass leaves, each of shape (n,).
 
     m delta'' = -N(delta, delta'),  delta(0) = 0,  delta'(0) = `speed`
 
@@ -84,7 +84,7 @@ def blow(law: ForceLaw, mass: float, speed: float, duration: float) -> tuple[Arr
 
 
 def damping_ratio_of(restitution: float) -> float:
-    """Return the damping ratio zeta of a spring and damper without pull that returns a share of the speed.
+    """Return the damping ratio zeta of a spring and damper that returns a share of the speed and never pulls.
 
     e = exp(-zeta (pi - 2 asin zeta)/sqrt(1 - zeta^2))
 

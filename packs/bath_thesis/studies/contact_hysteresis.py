@@ -44,9 +44,9 @@ class HysteresisLoop:
     largest_force, smallest_force
         Largest and smallest force (N); a negative force pulls the mass back, point B of Fig. 4.1.
     force_at_touch
-        Force at the first touch (N), point A of Fig. 4.1; nonzero: a jump.
+        Force at the first touch (N), point A of Fig. 4.1; the force jumps if it is not 0.
     restitution
-        Speed at which the mass leaves over that of its approach (1).
+        Speed at which the mass leaves over its speed of approach (1).
     loss, enclosed
         Kinetic energy lost in the blow (J), and the area of the loop (J).
     """
@@ -70,7 +70,7 @@ class ContactLaws(DrawnResult):
     mass, speed
         Mass (kg) and speed of approach (m/s).
     wanted_restitution
-        Coefficient of restitution that the damped laws are tuned to (1).
+        Coefficient of restitution to which the damped laws are tuned (1).
     k_c, delta_c, c_c, alpha_c, eta
         Parameters of the site: stiffness (N/m), penetration (m), damping (N s/m), damping (s/m) and loss (1).
     laws
@@ -125,11 +125,10 @@ def contact_laws(
 ) -> ContactLaws:
     """Return force over penetration of a mass that hits a retainer, for each classical law of the plant.
 
-    The thesis has no numbers in Figs 4.1 and 4.2, and no parameters of the laws. Stiffness and penetration
-    are the start values of the plant; the damped laws are tuned to return the same share e of the speed,
-    (4.3) by e = exp(-zeta (pi - 2 asin zeta)/sqrt(1 - zeta^2)), c_c = 2 zeta sqrt(k_c m), also used in (4.4)
-    and (4.13), (4.6) by e = 1 - alpha_c v (4.7), which holds to first order, and (4.8) by
-    e^2 = (1 - 3/2 eta)/(1 + 3/2 eta).
+    The thesis gives neither numbers in Figs 4.1 and 4.2 nor parameters of the laws. Stiffness and penetration are the
+    start values of the plant; the damped laws are tuned to return the same share e of the speed, (4.3) by e = exp(-zeta
+    (pi - 2 asin zeta)/sqrt(1 - zeta^2)), c_c = 2 zeta sqrt(k_c m), also used in (4.4) and (4.13), (4.6) by e = 1 -
+    alpha_c v (4.7), which holds to first order, and (4.8) by e^2 = (1 - 3/2 eta)/(1 + 3/2 eta).
 
     Parameters
     ----------

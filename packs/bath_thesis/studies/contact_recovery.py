@@ -1,10 +1,10 @@
 """Study of controls that free a rotor from contact after a step of unbalance, and their limits.
 
-The rotor, its speed and the unbalance factor are those of Fig. 5.6: 16 Hz, unbalance added on D1. Adaptive controls are
-tried at each rate, with H of the rotor model and with H identified in the sampled loop. For each control and amount,
-the trials differ only in the instant of the step. Rotor, bearings and retainers are isotropic, so the instant
-matters only through sampling and current limits: a share between none and all shows that the unbalance is close to the
-limit of the control.
+The rotor, its speed (16 Hz) and the unbalance factor are taken from Fig. 5.6, with unbalance added on D1. Adaptive
+controls are tried at each rate, with H of the rotor model and with H identified in the sampled loop. For each control
+and amount, the trials differ only in the instant of the step. Rotor, bearings and retainers are isotropic, so the
+instant matters only because of sampling and current limits. A share between none and all shows that the unbalance is
+close to the limit of the control.
 """
 
 from __future__ import annotations
@@ -47,7 +47,8 @@ class RecoveryStatistics:
     recovered_share
         Share of the trials that end free of contact (1).
     median_cycles
-        Median of the cycles from the step to the last contact of these; 0 without contact, None if there are none.
+        Median number of cycles from the step to the last contact in these trials; 0 without contact, None if there are
+        none.
     runs
         Each trial.
     """
@@ -129,7 +130,8 @@ def recovery(
         Number of instants of the step within a revolution. It should not be a multiple of four, because the four axes
         would then have the same motion.
     alpha
-        Adaptation rates (1/s) on the amplitude, or a string with commas and units; (5.22) has 7 1/s on half of it.
+        Adaptation rates (1/s) on the amplitude, or a string with commas and units; (5.22) uses 7 1/s on half of the
+        amplitude.
     flavour
         Flavour of the FMUs.
     progress
@@ -187,7 +189,7 @@ def unbalances(raw: str | Sequence[Number]) -> list[float]:
 
 
 def listed(raw: str | Number | Sequence[Number]) -> Sequence[Number]:
-    """Return the values of a sequence, of a single value, or of a string separated by commas, the last unit for all."""
+    """Return the values of a sequence, a single value or a comma-separated string; its last unit applies to all."""
     if not isinstance(raw, str):
         return raw if isinstance(raw, Sequence) else [raw]
     parts = [part.strip() for part in raw.split(",")]

@@ -1,4 +1,4 @@
-"""Co-simulation of the three FMUs whose orbit is compared with that of the monolithic system."""
+"""Co-simulation of the three FMUs, for comparison of its orbit with the monolithic system."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ SUBSTEP = 15.625e-6  # s, of the plant's integration; the shortest communication
 class Scheme:
     """Coupling of FMUs.
 
-    Order of the master; force with gradient or held; force from the mean current of a step or from that at its end;
-    whether the controller predicts displacements over the delay of the order.
+    Order of the master; force with gradient or held; force from the mean or the final current of a step; whether the
+    controller predicts displacements over the delay of the order.
     """
 
     coupling: Coupling = "gauss_seidel"

@@ -42,7 +42,7 @@ class SchemeErrors:
     """Errors of a scheme.
 
     errors
-        Largest distance of the orbits from those of the monolithic system, over the largest displacement (1), for each
+        Largest distance from the orbits of the monolithic system, over the largest displacement (1), for each
         communication step, shape (n,).
     order
         Order of convergence between the two shortest steps; None if the coupling is exact.
@@ -162,8 +162,8 @@ def coupling_error(flavour: Flavour = "native") -> CouplingConvergence:
 def compare(comparison: LoopVariant, duration: float = DURATION, options: RunOptions = DEFAULTS) -> ComparisonErrors:
     """Return the errors of each scheme at each communication step, and observed orders.
 
-    An error is the largest distance of the orbits at both bearings from those of the monolithic system at the
-    controller's samples, over the largest displacement.
+    An error is the largest distance between the orbits of both systems at the bearings and the controller's samples,
+    over the largest displacement.
 
     Parameters
     ----------

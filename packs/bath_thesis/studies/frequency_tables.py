@@ -46,7 +46,7 @@ class FrequencyTables:
     condensation_error
         Relative error of the condensed frequency (%) by spin speed (rad/s); None without master planes.
     deviation_from_thesis
-        Deviation of frequencies from those of the thesis (%) by model, mass matrix and speed; None for any other rotor.
+        Deviation of frequencies from the thesis (%) by model, mass matrix and speed; None for any other rotor.
     """
 
     by_mesh: Annotated[dict[str, ByMassAndSpeed], JsonKey("table_3_1")]
@@ -123,7 +123,7 @@ def tables(
 def frequency_tables(rotor: Rotor) -> FrequencyTables:
     """Return the first eight damped natural frequencies of a rotor at three speeds, by mesh and condensed.
 
-    For the thesis's rig they are compared with the printed ones (`printed_frequencies.toml`).
+    For the thesis's rig, they are compared with the printed frequencies (`printed_frequencies.toml`).
     """
     meshes = sorted(mesh_family(rotor).items(), reverse=True)
     by_mesh: dict[str, ByMassAndSpeed] = {
@@ -147,7 +147,7 @@ def _by_speed(rotor_model: SupportedRotor) -> dict[str, list[float]]:
 
 
 def _deviations(computed: dict[str, ByMassAndSpeed]) -> dict[str, ByMassAndSpeed]:
-    """Return the deviations of frequencies from those of the thesis (percent), for each printed row."""
+    """Return the deviations of frequencies from the thesis (percent), for each printed row."""
     return {
         model: {
             mass: {

@@ -32,8 +32,8 @@ class InterpolationError:
     relative_error
         |H - H_exact| / |H_exact| in the Frobenius norm (1).
     left_by_a_step
-        |I + H R|, the largest share of a synchronous force that remains after a full step U <- U + H Q (1); 0 for exact
-        H.
+        |I + H R|, the largest share of a synchronous force that remains after a full step U <- U + H Q (1), which is 0
+        for exact H.
     """
 
     relative_error: Array
@@ -163,7 +163,7 @@ def h_matrix(
 
 
 def interpolated(loop: ControlLoop, table_speeds: Array, receptances: Complex, speeds: Array) -> Complex:
-    """Return H at some speeds, interpolated by the controller in a table: linear between its speeds, constant outside.
+    """Return H at some speeds as the controller interpolates it: linearly between table speeds, constant outside.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ class ForceColumns:
     periods_per_slot
         Revolutions of a slot, N_per (1) (6.3).
     t_halt
-        Duration of an identification, in which ROLAC is halted (s) (6.4).
+        Duration of an identification, during which ROLAC is halted (s) (6.4).
     response_mb1, response_mb2
         Amplitude of the rig's journal in each bearing under its force, at 1e6 N/m and 5000 N s/m (m); the thesis aims
         at about 0.1 mm.

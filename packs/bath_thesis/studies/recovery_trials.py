@@ -46,7 +46,7 @@ CONTROLS = (
 
 @dataclass(frozen=True)
 class AdaptedControl:
-    """A control with its adaptation rate (1/s), and whether H is identified in the sampled loop or of the model."""
+    """A control with its adaptation rate (1/s), and whether H is identified in the sampled loop or from the model."""
 
     control: Control
     alpha: float
@@ -54,7 +54,7 @@ class AdaptedControl:
 
     @property
     def label(self) -> str:
-        """Name with rate and origin of H, as far as it has them."""
+        """Name with rate and origin of H, if the control has them."""
         rate = [f"{self.alpha:g} 1/s"] if self.control.adapts else []
         return ", ".join([self.control.name, *rate, *(["H identified"] if self.is_identified else [])])
 
@@ -73,7 +73,7 @@ def adapted_controls(alphas: Sequence[float]) -> list[AdaptedControl]:
 class RecoveryTrial:
     """One run: control, unbalance added on D1 (kg m, before the scenario's factor), and cycle of the step.
 
-    `table` has the receptances that are identified in the sampled loop.
+    `table` holds the receptances identified in the sampled loop.
     """
 
     control: AdaptedControl
@@ -122,7 +122,7 @@ def simulate_trial(trial: RecoveryTrial) -> TrialRow:
 
 
 def row_of(trial: RecoveryTrial, is_free: bool, last: float | None) -> TrialRow:
-    """Return the row of a trial with the last contact in cycle `last`; None without contact."""
+    """Return the row of a trial with the last contact in cycle `last`, which is None without contact."""
     return TrialRow(trial.cycle, is_free, max(0.0, (last or 0.0) - trial.cycle))
 
 

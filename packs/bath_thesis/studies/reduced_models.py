@@ -69,7 +69,7 @@ class MeanError:
 
 @dataclass(frozen=True, eq=False)
 class FrequenciesBeside:
-    """Frequencies computed and in the thesis (rad/s), and their deviation (%), shape (8,) each."""
+    """Frequencies computed and in the thesis (rad/s), and their deviation (%), each of shape (8,)."""
 
     computed: Annotated[Array, "rad/s"]
     thesis: Annotated[Array, "rad/s"]
@@ -87,7 +87,7 @@ class ModelReduction(DrawnResult):
     models
         The three models over the spin speed, diagonal mass.
     largest_response_error
-        Largest deviation of the amplitudes from those of the full model (%), of the two others.
+        Largest deviation of the amplitudes of the other two models from the full model (%).
     mean_errors
         Errors of the frequencies by model and mass matrix (Figs 3.4, 3.5).
     frequencies

@@ -69,7 +69,7 @@ def _measured(subject: AssessedMachine, cases: Sequence[LoadCase]) -> list[Quant
 
 
 def margins(subject: AssessedMachine) -> AnalysisResult:
-    """Return the largest |S| of the axial loop; with the tolerances of K_i, K_s and gap also stability and decrement.
+    """Return the largest |S| of the axial loop, and stability and decrement within the tolerances of K_i, K_s and gap.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def margins(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _peaks(cases: Sequence[LoadCase]) -> list[Quantity]:
-    """Return the largest |S| of all cases up to 2 kHz, and above if samples allow."""
+    """Return the largest |S| of all cases up to 2 kHz, and above 2 kHz if the sample rate allows."""
     result = []
     for band, quantity in zip(zip(*(case.peaks for case in cases), strict=True), PEAKS, strict=False):
         (peak, hz), case = max(zip(band, (case.name for case in cases), strict=True))

@@ -29,7 +29,7 @@ ROUNDING = 1e-9  # relative difference of decrements of the same pole
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return stability from zero to the trip speed, damped frequencies, and the least decrement in operation."""
+    """Return stability from zero to the trip speed, damped frequencies, and the smallest decrement in operation."""
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
     speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
@@ -68,7 +68,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]]) -> Quantity:
     """Return the smallest logarithmic decrement of vibrations at speeds (rad/s), and its speed.
 
-    If the loop is not stable, the pole that grows most is included: a drift without vibration has -`LARGEST`.
+    If the loop is not stable, the fastest growing pole is included; a drift without vibration has the value -`LARGEST`.
     """
     candidates = [
         (float(d), Omega, float(s.imag), float(sense))

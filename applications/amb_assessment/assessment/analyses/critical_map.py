@@ -78,8 +78,8 @@ def bearing_critical_speeds(
     speeds
         Ascending (rad/s), shape (n,).
     stiffness
-        Real part of the dynamic stiffness (N/m) at these speeds, by bearing, of at least `LEAST` of the largest of a
-        magnet.
+        Real part of the dynamic stiffness (N/m) of each bearing at these speeds; at least `LEAST` times the largest of
+        a magnet.
     """
     floor = LEAST * max(float(np.max(np.abs(stiffness[name]))) for name in subject.magnets)
     excess = np.full((COUNT, len(speeds)), np.nan)

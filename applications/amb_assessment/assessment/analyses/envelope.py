@@ -80,7 +80,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _limit(subject: AssessedMachine, bearing: str, axis: str, speeds: Array) -> list[Curve]:
-    """Return the curve of the current that an axis can give; none if another axis of the bearing has shown the same."""
+    """Return the curve of the largest current of an axis, or none if another axis of the bearing has the same."""
     axes = [of for name, of in subject.loop.lateral_axes if name == bearing]
     limits = [control_amplitude(subject, bearing, of, hertz(speeds)) for of in axes]
     are_alike = all(np.allclose(limit, limits[0], rtol=1e-3) for limit in limits)
@@ -98,7 +98,7 @@ def _voltages(subject: AssessedMachine, speeds: Array, currents: Array) -> Array
 
 
 def _shares(subject: AssessedMachine, speeds: Array, forces: Array, currents: Array) -> tuple[Array, Array]:
-    """Return currents and slew rates over the largest possible (%), shape (speeds, axes) each."""
+    """Return currents and slew rates relative to their largest possible values (%), each of shape (speeds, axes)."""
     axes = subject.loop.lateral_axes
     allowed = np.stack([control_amplitude(subject, *axis, hertz(speeds)) for axis in axes], axis=1)
     slew = speeds[:, None] * forces / [_slew_limit(subject.axis(*axis)) for axis in axes]
@@ -110,7 +110,7 @@ def _slew_limit(p: np.record) -> float:
 
 
 def largest_needed(subject: AssessedMachine, speeds: Array, q: Complex) -> tuple[Array, Array]:
-    """Return amplitudes of force (N) and current (A) of each axis in the worst case, shape (speeds, axes) each."""
+    """Return amplitudes of force (N) and current (A) of each axis in the worst case, each of shape (speeds, axes)."""
     n_axes = len(subject.loop.lateral_axes)
     forces, currents = np.zeros((len(speeds), n_axes)), np.zeros((len(speeds), n_axes))
     rows = [2 * (subject.bearings[bearing] - 1) + AXES.index(axis) for bearing, axis in subject.loop.lateral_axes]

@@ -36,7 +36,7 @@ SHOCK_STEPS = 8
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the smallest distance of the rotor to contact in each run, with the unbalance of the balancing grade."""
+    """Return the smallest distance to contact in each run, with the unbalance of the balancing grade."""
     speed = subject.file.speed
     passed = worst_response(subject, SLOW * speed.highest, speed.tripping)
     running = [_running(subject, name, time, passed) for name, time in _durations(subject).items()]
@@ -97,7 +97,7 @@ def _running(subject: AssessedMachine, name: str, time: float, passed: WorstResp
 
 
 def _speeds(subject: AssessedMachine, name: str) -> list[tuple[float, float]]:
-    """Return shares of the duration and speeds (rad/s): linear in time, or as drag brakes if no time is stated."""
+    """Return shares of the duration and speeds (rad/s): linear in time, or braked by drag if no time is stated."""
     speed = subject.file.speed
     ends = np.array([SLOW * speed.highest, speed.tripping])
     if name == "run-up":
@@ -134,7 +134,7 @@ def _faults(subject: AssessedMachine) -> tuple[list[Quantity], list[tuple[str, .
 
 
 def _nearest(used: Mapping[str, Array]) -> tuple[str, float, float]:
-    """Return the site with the largest displacement over the clearance, this (%), and the largest at the end (%)."""
+    """Return the site with the largest displacement over the clearance, this ratio, and the largest final ratio (%)."""
     site = max(used, key=lambda site_name: float(used[site_name].max()))
     end = max(float(shares[-max(1, len(shares) // 10) :].max()) for shares in used.values())
     return site, 100.0 * float(used[site].max()), 100.0 * end
@@ -167,7 +167,7 @@ def _kinds(subject: AssessedMachine) -> dict[str, dict[str, list[dict[str, Any]]
 
 
 def _shock(axis: str, sign: str) -> list[dict[str, Any]]:
-    """Return the events of a half sine of the acceleration of the base, in steps."""
+    """Return the events of a base acceleration that follows a half sine in steps."""
     shares = (np.arange(SHOCK_STEPS) + 0.5) / SHOCK_STEPS
     pulse = [float(f"{sign}1") * SHOCK * float(a) for a in np.sin(np.pi * shares)]
     events: list[dict[str, Any]] = [

@@ -46,9 +46,10 @@ class Landing:
     forces, heat
         Largest forces (N) by site, and heat (J).
     whirls_backward, rests, rocks_within
-        How it ended: in backward whirl, at rest, or in steady rocking to and fro (deg); in none if it did not.
+        How the landing ended: in backward whirl, at rest, or in steady rocking to and fro (deg); otherwise it has not
+        ended.
     touches, stators
-        Touched sites other than retainers and faces, and the magnetic bearings whose stators are among them.
+        Touched sites other than retainers and faces, and the magnetic bearings with a touched stator.
     failure
         Reason for an early end of the simulation; otherwise empty.
     """
@@ -66,12 +67,12 @@ class Landing:
 
     @property
     def is_final(self) -> bool:
-        """Whether it whirls backward, lies at rest, or failed, so that a longer simulation is not needed."""
+        """Whether it whirls backward, is at rest, or failed, so a longer simulation is not needed."""
         return self.whirls_backward or self.rests or bool(self.failure)
 
     @property
     def has_ended(self) -> bool:
-        """Whether it is final, or rocks steadily."""
+        """Whether the landing is final or rocks steadily."""
         return self.is_final or self.rocks_within is not None
 
     @property
@@ -98,7 +99,7 @@ class Landing:
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the least friction of a whirl, and force, whirl, contact elsewhere and heat of landings at full speed."""
+    """Return the smallest friction that causes whirl, and force, whirl, other contacts and heat of the landings."""
     if not subject.retainers:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
     check_falls(subject)
@@ -190,7 +191,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _largest(landings: Sequence[Landing], places: Sequence[str]) -> float:
-    """Return the largest force (N) of landings at some places; 0 without any."""
+    """Return the largest force (N) of the landings at some places, or 0 if there are none."""
     return max((landing.forces.get(place, 0.0) for landing in landings for place in places), default=0.0)
 
 

@@ -90,7 +90,7 @@ def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
 
 
 def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, Result]:
-    """Return the least acceleration of the base, over g, at which the rotor first touches anything, and its run."""
+    """Return the smallest base acceleration, over g, at which the rotor touches anything, and its run."""
     runs = [_rising(subject, Omega, inputs, axis, sign) for axis in subject.directions_of_contact for sign in "+-"]
     *_, overload, run = min(runs, key=lambda rising: rising[:2])
     return overload, run
@@ -99,7 +99,8 @@ def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float
 def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, ...]:
     """Return the force along the shaft that the axial axis carries in co-simulation before the rotor touches a face.
 
-    It is that of the weaker sense, and includes the weight. There is none without faces and a thrust bearing.
+    This is the force in the weaker direction, and includes the weight. Without faces and a thrust bearing there is
+    none.
     """
     thrust = subject.file.thrust_bearing
     if thrust is None or not subject.rotor.faces:
@@ -119,10 +120,10 @@ def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]
 def _stepped(
     subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], name: str, values: Array, each: float
 ) -> tuple[Result, str, float, int | None]:
-    """Return a run in which an input of the rotor has value after value, each for a time (s), from that time on.
+    """Return a run in which an input of the rotor takes value after value, each for a time (s), starting then.
 
     The other values are the place that the rotor touches first, its largest displacement over the clearance, and the
-    number of the value that acts then, from 1; no place and None without contact.
+    number, from 1, of the value that acts at contact. Without contact, they are no place and None.
     """
     events = [{"time": k * each, "set": {PLANT: {name: float(value)}}} for k, value in enumerate(values, 1)]
     end = (len(values) + 1) * each
@@ -140,7 +141,7 @@ def _stepped(
 def _rising(
     subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], axis: str, sign: str
 ) -> tuple[float, float, Quantity, Result]:
-    """Return the acceleration, over g, of the base along an axis at which the rotor first touches anything.
+    """Return the base acceleration along an axis, over g, at which the rotor first touches anything.
 
     The other values are the negative of the largest displacement over the clearance, the quantity, and the run.
     """

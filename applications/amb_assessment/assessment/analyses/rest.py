@@ -65,9 +65,9 @@ class Outlook:
     """Prediction of a landing beyond the end of a run.
 
     standstill
-        Time of standstill (s), infinite if friction does not slow the rotor.
+        Time of standstill (s), or infinity if friction does not slow the rotor.
     swing
-        Swing of steady rocking (deg), 0 at rest; None of another motion.
+        Swing of steady rocking (deg), 0 at rest, None for any other motion.
     """
 
     standstill: float
@@ -137,7 +137,7 @@ def _fall(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], l
 
 
 def _outlook(subject: AssessedMachine, run: Result) -> Outlook | None:
-    """Return the prediction of a landing; None if the rotor hardly turns any more, or touches nothing."""
+    """Return the prediction of a landing, or None if the rotor hardly turns any more or touches nothing."""
     touchdown = run.summary.touchdown
     if touchdown is None or touchdown.slow_after is not None:
         return None
@@ -173,8 +173,9 @@ def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> Coas
 
         Omega' = -a - b Omega,   b = drag/inertia                                                     (1)
 
-    With w = Omega exp(b t) and u = (exp(b t) - 1)/b, w = w_0 - a u is a line, fitted to the second half of the run. It
-    ends at u = w_0/a, and friction dissipates J a (Omega_1 - a t)/b in the remaining time t from Omega_1.
+    With w = Omega exp(b t) and u = (exp(b t) - 1)/b, w = w_0 - a u is a line that is fitted to the second half of the
+    run. The run-down ends at u = w_0/a, and friction dissipates J a (Omega_1 - a t)/b in the remaining time t from
+    Omega_1.
 
     Parameters
     ----------
@@ -232,7 +233,7 @@ def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speed
 
 
 def _landed(subject: AssessedMachine, touchdown: Touchdown, times: Array) -> Iterator[Quantity]:
-    """Yield whether the rotor whirls backward, or touches anything but its retainers, until the end of the run."""
+    """Yield whether the rotor whirls backward or touches anything except its retainers before the run ends."""
     end = f"{float(times[-1]):.4g} s without power"
     others = [site for site in touchdown.retainers if site not in subject.lands_on]
     whirls = touchdown.whirls_backward_at
@@ -254,7 +255,7 @@ def _landed(subject: AssessedMachine, touchdown: Touchdown, times: Array) -> Ite
 
 
 def _at_most(subject: AssessedMachine, touchdown: Touchdown, site: str, more: float) -> float:
-    """Return the temperature (K) of a retainer, or that of a face, after its share of the remaining heat."""
+    """Return the temperature (K) of a retainer or a face after it has absorbed its share of the remaining heat."""
     warmed = {name: _warmed(subject, name) for name in touchdown.retainers}
     heats = {name: item.heat or 0.0 for name, item in touchdown.retainers.items()}
     temperature, total = touchdown.retainers[site].temperature, sum(heats.values())
@@ -293,7 +294,7 @@ def _convergence(
 ) -> list[Quantity]:
     """Return the change of the largest averaged force with twice the modes, if there are more.
 
-    The force in a backward whirl is chance: it differs as much between runs with the same modes.
+    The force in a backward whirl depends on chance; it differs as much between runs with the same modes.
     """
     retained, most = elastic_shapes(subject.rotor)
     more = min(max(2 * retained, FEWEST), most)

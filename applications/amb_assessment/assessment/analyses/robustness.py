@@ -90,13 +90,13 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def sensitivity_varied(where: str, peak: float, is_stable: bool) -> Quantity:
-    """Return the sensitivity of a corner; without a stable loop it has no bound, and `peak` is `NO_SENSITIVITY`."""
+    """Return the sensitivity of a corner; if the loop is unstable, it is unbounded and `peak` is `NO_SENSITIVITY`."""
     note, shown = ("", "") if is_stable else (UNSTABLE_CORNER, NO_BOUND)
     return Quantity("sensitivity_varied", where, peak, "1", {}, note, shown=shown)
 
 
 def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:
-    """Return the nominal machine and all corners of its tolerances, by the changes."""
+    """Return the nominal machine and all corners of its tolerances, by their changes."""
     result = {"nominal": MachineVariation()}
     gaps = (-tolerances.gap, tolerances.gap) if tolerances.gap else (0.0,)
     for i, s, g, m in product((-1, 1), (-1, 1), gaps, (-1, 1)):

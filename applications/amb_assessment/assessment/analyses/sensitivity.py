@@ -62,7 +62,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 @dataclass(frozen=True, eq=False)
 class AxisPeaks:
-    """|S| of an axis at frequencies (Hz), and its peak with its frequency up to 2 kHz, and above if samples allow."""
+    """|S| of an axis at frequencies (Hz), and peak and frequency up to 2 kHz, and above if the sample rate allows."""
 
     frequencies: Array
     values: Array
@@ -85,7 +85,7 @@ def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
 
 
 def sensitivities_over(subject: AssessedMachine, loop: Loop) -> dict[float, list[AxisPeaks]]:
-    """Return `sensitivities` of a loop at operating speeds (rad/s) of a machine, closer about maxima of any peak."""
+    """Return `sensitivities` of a loop at operating speeds (rad/s) of a machine, refined about the maxima of peaks."""
     speed = subject.file.speed
     by_speed: dict[float, list[AxisPeaks]] = {}
 

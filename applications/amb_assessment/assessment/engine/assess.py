@@ -107,7 +107,7 @@ class PartResult:
 
 @dataclass(frozen=True)
 class Assessment:
-    """Results of a machine under its criteria, and the warnings that a run of this machine has in its summary.
+    """Results of a machine under its criteria, and the warnings in the summary of a run of this machine.
 
     `own` are the criteria of files that are not packaged.
     """
@@ -162,7 +162,7 @@ class Assessment:
 
     @property
     def unevaluated(self) -> dict[str, str]:
-        """Criteria without a verdict, with reasons: no value of their formula, an unstable loop, or no quantity."""
+        """Criteria without a verdict, with reasons: a formula without value, an unstable loop, or no quantity."""
         return self.unmeasured | {
             finding.criterion.key: finding.reason
             for finding in self.findings
@@ -171,9 +171,9 @@ class Assessment:
 
     @property
     def unmeasured(self) -> dict[str, str]:
-        """Own criteria whose quantity no part has, with reasons; those of a standard do not apply then.
+        """Own criteria on quantities that no part computes, with reasons; criteria of a standard then do not apply.
 
-        Empty if only some parts were chosen, since another may have the quantity.
+        Empty if only some parts were chosen, because another part may compute the quantity.
         """
         if not self.own or not self._is_whole:
             return {}

@@ -1,4 +1,4 @@
-"""The answer to an assessment: how many criteria failed, and a sentence for each, with its number and its limit."""
+"""The answer to an assessment: the number of failed criteria, and a sentence with value and limit for each."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def conclusion_of(
     parts
         The assessed parts, if these are not all.
     unmeasured
-        Keys of criteria whose quantity was not measured, which are unanswered.
+        Keys of criteria that are unanswered, because their quantity was not measured.
     """
     verdicts = by_criterion(findings) | dict.fromkeys(unmeasured, Judgement.UNANSWERED)
     counts = Counter(verdicts.values())

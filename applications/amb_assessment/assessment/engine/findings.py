@@ -54,7 +54,7 @@ class Finding:
 
     @property
     def excess(self) -> float:
-        """How far the value is beyond the limit, in the unit of both; negative if it is within."""
+        """Distance of the value beyond the limit, in their common unit; negative within the limit."""
         if self.criterion is None or self.limit is None:
             return -math.inf
         return (self.measured.value - self.limit) * (1.0 if self.criterion.relation == "below" else -1.0)
@@ -107,7 +107,7 @@ def _joined(number: str, unit: str) -> str:
 
 
 def _grouped(value: float) -> str:
-    """Return a number as text, with a comma between thousands from 10,000 on."""
+    """Return a number as text, with thousands separators from 10,000 on."""
     return f"{value:,.0f}" if abs(value) >= 1e4 else number_text(value)
 
 
@@ -128,7 +128,8 @@ def judge(
     machine
         Variables of the machine for formulas.
     unstable
-        Returns why the machine does not levitate, empty if it does; called if a quantity has `needs_stable_loop`.
+        Returns the reason why the machine does not levitate, or "" if it does; called only if a quantity has
+        `needs_stable_loop`.
     """
     result: list[Finding] = []
     for item in measured:

@@ -1,7 +1,7 @@
 """Formulas of criteria: numbers, names, + - * / **, comparisons, `and`, `or`, `not`, min, max, sqrt, abs, log10.
 
-simpleeval would need as many lines, because it lets NaN, chained comparisons and a second expression pass; asteval also
-evaluates attributes and texts.
+The package simpleeval would save no code, because it accepts NaN, chained comparisons and a second expression; asteval
+also evaluates attributes and texts.
 """
 
 from __future__ import annotations

@@ -112,7 +112,7 @@ class Balancing(Table):
 
 
 class CompressorStage(Table):
-    """A stage that drives whirl: the rotor part that it acts `at`, and either its data or its coupling.
+    """A stage that drives whirl: the rotor part `at` which it acts, and either its data or its coupling.
 
     kind, power, diameter, width, density_ratio
         Centrifugal or axial; power; diameter of the impeller, or pitch diameter of the blades; smallest width of
@@ -207,13 +207,13 @@ class MachineFile(Table):
     speed, balancing, stages
         Operating speeds, balancing grade, stages that drive whirl.
     retainer_bearings
-        Ball bearings of retainers, whose balls a landing loads.
+        Ball bearings of retainers, for the loads on their balls in a landing.
     thrust_bearing
         Axial magnetic bearing.
     up_to
         Frequency up to which the damping of modes is judged; by default twice the trip speed.
     tolerances
-        Tolerances for the worst case of its margins.
+        Tolerances for the worst case of the margins.
     criteria
         Files of criteria; by default those of the package.
     """
@@ -273,7 +273,7 @@ class MachineFile(Table):
 
     @property
     def has_synchronous_control(self) -> bool:
-        """Whether its scenario begins with synchronous control (ROLAC), which an assessment turns off."""
+        """Whether its scenario starts with synchronous control (ROLAC), which an assessment switches off."""
         return bool(self._scenario_data().get("inputs", {}).get(CONTROLLER, {}).get("rolac_enable"))
 
     def as_scenario(self, Omega: float, **fields: Any) -> Scenario:
@@ -295,7 +295,7 @@ class MachineFile(Table):
         return {f"{thrust}.eddy_current_corner": f"{corner!r} rad/s"} if thrust and corner else {}
 
     def _scenario_data(self) -> dict[str, Any]:
-        """Return the data of the scenario, replaced by those of the file."""
+        """Return the data of the scenario, overridden by the data of the file."""
         base = read_scenario(self.scenario) if self.scenario else {}
         data = {key: base[key] for key in OF_SCENARIO if key in base}
         of_file = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, include={*OF_MACHINE})

@@ -13,7 +13,7 @@ from amb_cosim.presentation.units import column_in_chosen_units
 class Declaration(NamedTuple):
     """A quantity: its unit, its variables for formulas besides those of the machine, and its title on the page.
 
-    Without a title the page has its name, with spaces.
+    Without a title, the page shows its name with spaces.
     """
 
     unit: str
@@ -52,13 +52,13 @@ class Quantity:
     note
         Note for the reader.
     may_worsen_because
-        Reason why the value may become worse, so that a criterion can fail but not be met; otherwise empty.
+        Reason why the value may become worse, so a criterion can fail but not be met; otherwise empty.
     chaotic
-        Reason why the value is chance, so that a criterion can neither be met nor fail; otherwise empty.
+        Reason why the value depends on chance, so a criterion can neither be met nor fail; otherwise empty.
     needs_stable_loop
         Whether it describes a levitated rotor: if the loop is unstable, its criteria are unanswered.
     shown
-        Text in place of a value that only stands for it, as without a stable loop; otherwise empty.
+        Text shown instead of a placeholder value, as without a stable loop; otherwise empty.
     """
 
     quantity: str
@@ -104,7 +104,7 @@ class AnalysisResult:
 
 
 def check_declared(quantity: str, unit: str, variables: Mapping[str, float]) -> None:
-    """Raise LookupError if an analysis computes a quantity, its unit or a variable that is not declared."""
+    """Raise LookupError if an analysis computes an undeclared quantity, unit or variable."""
     declared = QUANTITIES.get(quantity)
     if declared is None or unit != declared.unit or not variables.keys() <= set(declared.variables):
         given = f"{quantity} in {unit or '1'} with {', '.join(variables) or 'no variables'}"

@@ -92,7 +92,7 @@ class RetainerBearing(Table):
 
     @cached_property
     def bearing(self) -> BallBearing:
-        """The bearing as a model; its pitch diameter lies in the middle of bore and outside diameter."""
+        """The bearing as a model; its pitch diameter is the mean of bore and outside diameter."""
         return BallBearing(
             self.balls,
             self._value("ball_diameter", "m"),
@@ -107,7 +107,7 @@ class RetainerBearing(Table):
 
     @property
     def rating(self) -> float:
-        """Static rating C_0 (N): of the catalogue, or by ISO 76's pressure."""
+        """Static rating C_0 (N), from the catalogue or from the pressure of ISO 76."""
         if self.static_rating is None:
             return self.bearing.static_rating
         return self._value("static_rating", "N")
@@ -117,9 +117,9 @@ class RetainerBearing(Table):
         return 1e-6 * self.bearing.pressure(self.bearing.largest_load(force, axial))
 
     def equivalent_load(self, force: float, axial: float = 0.0) -> float:
-        """Return the radial force (N) of a bearing without clearance that loads the most loaded ball as much.
+        """Return the radial force (N) that loads the most loaded ball equally in a bearing without clearance.
 
-        It is the equivalent static load of ISO 76, by its definition.
+        This is the equivalent static load of ISO 76, by its definition.
         """
         if axial == 0.0:
             return force
@@ -144,7 +144,7 @@ class RetainerBearing(Table):
         return f"{math.degrees(self.bearing.largest_contact_angle(force, axial)):.1f}"
 
     def data(self, weight: float) -> tuple[str, ...]:
-        """Return texts of a row of `DATA_HEADS`, with the stiffness under a radial force `weight` (N), none without."""
+        """Return texts of a row of `DATA_HEADS`, with the stiffness under a radial force `weight` (N) if it acts."""
         bearing, rating = self.bearing, self.rating
         more, less = (bearing.displacement_under(share * weight) for share in (1.01, 0.99))
         stiffness = f"{1e-6 * 0.02 * weight / (more - less):.4g}" if weight > 0.0 else "-"

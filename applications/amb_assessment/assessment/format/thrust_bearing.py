@@ -32,7 +32,7 @@ DATA_HEADS = ("K_i (N/A)", "K_s (MN/m)", "capacity (N)", "carries (N)", "tilt (N
 
 
 class SolidCore(Table):
-    """Solid iron of core and disc, by its material, or by the measured corner frequency of the lag.
+    """Solid iron of core and disc, described by its material or by the measured corner frequency of the lag.
 
     conductivity, permeability, slot_depth, leakage
         Conductivity, relative permeability, depth of the coil's slot, and flux in the iron over that between the
@@ -75,7 +75,7 @@ class ThrustBearing(Table):
     """The axial magnetic bearing of a machine, with a disc between two magnets.
 
     at
-        Part of the rotor at which the disc is; its mass is that of the rotor file.
+        Part of the rotor with the disc; its mass is in the rotor file.
     controller
         Controller file with one measured signal, the displacement along z, and one demand; by default the axis along
         the shaft of the machine's controller.
@@ -88,7 +88,7 @@ class ThrustBearing(Table):
     pole_area, gap, turns, bias_current, current_limit, saturation
         As for `ThrustDisc`.
     k_i, k_s, capacity
-        Instead of these, constants of a data sheet, and the largest static force.
+        Constants of a data sheet and the largest static force, instead of the geometry.
     iron
         Solid iron of core and disc; by default they are laminated.
     """
@@ -173,7 +173,7 @@ class ThrustBearing(Table):
 
     @cached_property
     def control(self) -> AxialControl | None:
-        """The law of its own controller file; None without one.
+        """The law of its own controller file, or None if it has no file.
 
         Raises
         ------
@@ -222,7 +222,7 @@ class ThrustBearing(Table):
     def largest_moment_stiffness(self, weight: float) -> float:
         """Return the largest `moment_stiffness` (N m/rad) under the static forces, up to the capacity.
 
-        It includes that of the bearing without load, which a machine has as long as nothing presses.
+        It includes the stiffness without load, which applies as long as no force acts.
         """
         capacity = self.bearing.capacity
         return max(self.moment_stiffness(min(abs(load), capacity)) for load in (0.0, *self.loads(weight)))

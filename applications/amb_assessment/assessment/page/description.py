@@ -120,8 +120,9 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
 def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
     """Return gap (mm), coil currents (A), forces (N), K_s (MN/m), K_i (N/A), and inductances (mH).
 
-    Coil currents are those of upper and lower coils; forces are the least and the largest; inductances are that of the
-    file and that of the gap, L = 2 mu_0 N^2 A/s_0 of a coil pair with N turns per pole, without leakage and iron.
+    Coil currents are given for upper and lower coils, and forces from the smallest to the largest. The first inductance
+    is from the file, the second from the gap, L = 2 mu_0 N^2 A/s_0 of a coil pair with N turns per pole, without
+    leakage and iron.
 
     Parameters
     ----------
@@ -139,7 +140,7 @@ def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
 def inductance_doubt(axis: str, value: float, gap_inductance: float) -> list[str]:
     """Return a warning if an inductance (mH) differs from that of its gap (mH) by more than the factor `LEAKAGE`.
 
-    Leakage and iron cause smaller differences; a missing unit, or the data of another magnet, larger ones.
+    Leakage and iron cause smaller differences. A missing unit or the data of another magnet cause larger differences.
     """
     if gap_inductance / LEAKAGE <= value <= gap_inductance * LEAKAGE:
         return []

@@ -74,5 +74,5 @@ def _with_code(text: str) -> Markup:
 
 
 def _picture(panels: Sequence[Panel]) -> str:
-    """Return a picture of a part's plots, as a data URL, for print and for pages without scripts."""
+    """Return a picture of a part's plots as a data URL, for printing and for pages without scripts."""
     return picture_url(picture_of(panels) if panels else b"")

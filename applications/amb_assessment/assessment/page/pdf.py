@@ -19,7 +19,7 @@ def browser() -> str | None:
 
 
 def print_page(page: Path) -> Path | None:
-    """Print a page as PDF next to it and return its path; None without a browser or if printing fails."""
+    """Print a page as PDF next to it and return its path, or None without a browser or if printing fails."""
     browser_path = browser()
     if browser_path is None:
         return None

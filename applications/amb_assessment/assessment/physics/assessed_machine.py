@@ -65,12 +65,12 @@ class AssessedMachine(Machine):
 
     @cached_property
     def controlled_axes(self) -> tuple[tuple[str, str], ...]:
-        """The axes of the loop; that along the shaft only with faces, which end a motion along it."""
+        """The axes of the loop; the axis along the shaft is included only with faces, which end a motion along it."""
         return self.loop.axes if self.rotor.faces else self.loop.lateral_axes
 
     @property
     def directions_of_contact(self) -> str:
-        """The axes along which the base can move a rotor towards a place that it touches."""
+        """The axes along which the base can move the rotor into contact."""
         return "xyz" if self.rotor.faces else "xy"
 
     @property
@@ -80,12 +80,12 @@ class AssessedMachine(Machine):
 
     @cached_property
     def axial_control(self) -> AxialControl:
-        """The control of the thrust bearing: of its own file, or that of the machine's controller along the shaft.
+        """The control of the thrust bearing: its own file, or the axis along the shaft in the machine's controller.
 
         Raises
         ------
         ValueError
-            If the machine file has no thrust bearing, none of both controls it, or both do and differ.
+            If the machine file has no thrust bearing, neither of the two controls it, or both control it and differ.
         """
         if self.file.thrust_bearing is None:
             raise ValueError(f"machine {self.file.name} has no [thrust_bearing]")
@@ -107,7 +107,7 @@ class AssessedMachine(Machine):
 
     @cached_property
     def faults(self) -> tuple[str, ...]:
-        """Inputs that are a fault by their description and are not 0 at the start."""
+        """Inputs that are described as a fault and are not 0 at the start."""
         return self.faults_among(self.prepared.inputs)
 
     @cached_property
@@ -116,12 +116,12 @@ class AssessedMachine(Machine):
         return tuple(site.name for site in self.rotor.sites if site.bearing and site.name in self.sites)
 
     def faces_at(self, retainer: str) -> tuple[str, ...]:
-        """Return the faces whose force a retainer carries along the shaft."""
+        """Return the faces with a force that a retainer carries along the shaft."""
         return tuple(face.name for face in self.rotor.faces if face.retainer == retainer)
 
     @property
     def stands_on(self) -> str:
-        """The retainer at which a rotor without power stands, at the nearest face that stops its fall; may be ""."""
+        """The retainer on which a rotor stands without power, at the nearest face that stops its fall; may be ""."""
         stopping = [face for face in self.rotor.faces if self.file.axial_gravity and face.stops == self.fall]
         return min(stopping, key=lambda face: face.clearance).retainer or "" if stopping else ""
 
@@ -187,7 +187,7 @@ def assessed_machine_of(file: MachineFile, flavour: Flavour = "native", modes: i
     file, flavour
         The file, and the flavour of its FMUs.
     modes
-        Number of elastic modes per plane of motion that its rotor retains, in place of the reduction of its file.
+        Number of elastic modes per plane of motion that its rotor retains; replaces the reduction of its file.
     """
     scenario = file.as_scenario(file.speed.highest)
     if modes is not None:

@@ -40,12 +40,12 @@ class LoadCase:
 
     @cached_property
     def sensitivity(self) -> tuple[Array, Array]:
-        """Frequencies (Hz) up to the 2 kHz of ISO 14839-3, and |S| there; only a stable loop has it."""
+        """Frequencies (Hz) up to the 2 kHz of ISO 14839-3, and |S| at these, which only a stable loop has."""
         return self._bands[0]
 
     @property
     def peaks(self) -> list[tuple[float, float]]:
-        """Largest |S| of a stable loop and its frequency (Hz), up to 2 kHz, and above if samples allow."""
+        """Largest |S| of a stable loop and its frequency (Hz), up to 2 kHz, and above if the sample rate allows."""
         return [peaks_of(frequencies, S[None])[0] for frequencies, S in self._bands]
 
     @cached_property
@@ -84,8 +84,8 @@ def weight_along_z(subject: AssessedMachine) -> float:
 def static_forces(subject: AssessedMachine) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the static forces (N) that the bearing carries, and those beyond its capacity.
 
-    The forces balance the least and the largest thrust; the third is the smallest force between these, at which the
-    bearing has the least negative stiffness.
+    The first two forces balance the smallest and the largest thrust. The third is the smallest force between these, at
+    which the negative stiffness of the bearing is smallest.
     """
     bearing = thrust_bearing_of(subject)
     ends = bearing.loads(weight_along_z(subject))
@@ -107,13 +107,13 @@ def load_cases(subject: AssessedMachine) -> list[LoadCase]:
 
 
 def least_stable_case(cases: Mapping[str, LoadCase]) -> tuple[str, LoopStability]:
-    """Return name and stability of the least stable of some loops by name."""
+    """Return the name and the stability of the least stable loop."""
     name = max(cases, key=lambda key: cases[key].stability.radius)
     return name, cases[name].stability
 
 
 def axial_instability(subject: AssessedMachine) -> str:
-    """Return why a machine's thrust bearing does not hold its rotor; empty if it does, or if there is none."""
+    """Return why a machine's thrust bearing does not hold its rotor, or "" if it does or if there is none."""
     if subject.file.thrust_bearing is None:
         return ""
     _, beyond = static_forces(subject)

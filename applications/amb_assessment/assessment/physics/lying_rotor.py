@@ -1,4 +1,4 @@
-"""The retainers on which a rotor without power lies, or in which it can whirl, and what each carries."""
+"""The retainers on which a rotor lies without power, or in which it can whirl, and the mass that each carries."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ class LyingOn(NamedTuple):
     """One or two retainers in which a fall can whirl.
 
     at, mass
-        Their numbers among the retainers of the machine, and the mass (kg) that each carries.
+        Numbers of the retainers in the machine, and the mass (kg) that each carries.
     height
-        Fall of the carried mass from where it levitates to its lowest point, over that from the retainers' centres.
+        Fall of the carried mass from its levitated position to its lowest point, over the fall from the retainers'
+        centres.
     """
 
     at: list[int]
@@ -36,7 +37,7 @@ def clearances(subject: AssessedMachine) -> Array:
 
 
 def carried_masses(subject: AssessedMachine) -> dict[str, float]:
-    """Return the largest mass (kg) that each retainer carries of a lying rotor; 0 if the rotor does not reach it."""
+    """Return the largest mass (kg) of a lying rotor that each retainer carries; 0 if the rotor does not reach it."""
     result = dict.fromkeys(subject.retainers, 0.0)
     for lying in lying_on(subject) if result else ():
         for k, mass in zip(lying.at, lying.mass.tolist(), strict=True):
@@ -49,8 +50,8 @@ def lying_on(subject: AssessedMachine) -> list[LyingOn]:
 
     Two are those on which a rotor lies: each carries a share by the rule of the lever, and the line through both
     journals at their lowest points reaches no other retainer. If there are none, as with a centre of mass beyond the
-    retainers, any two count. One carries the least of its shares, or all of the mass if it has no other. Without
-    gravity across the shaft the journals may lean to any side.
+    retainers, any two count. A single retainer carries the smallest of its shares, or the whole mass if it has no
+    other. Without gravity across the shaft, the journals may lean to any side.
     """
     c, p = clearances(subject), subject.parameters[PLANT]
     offset = np.array([complex(*(p[f"{site}.offset_{axis}"] for axis in "xy")) for site in subject.retainers])

@@ -68,7 +68,7 @@ class WorstResponse:
     site, share
         Place of the largest displacement over the clearance, and that ratio (1).
     shares
-        Displacement over the clearance at every place (1).
+        Displacement over the clearance at each place (1).
     """
 
     unbalance: PlacedUnbalance
@@ -82,7 +82,7 @@ class WorstResponse:
         return self.shares[self.site]
 
     def with_run(self, site: str, simulated: float) -> tuple[float, str]:
-        """Return the larger of the steady displacement at a site and that of a run (%), and both in words.
+        """Return the larger of the steady and the simulated displacement at a site (%), and both in words.
 
         A short run may not reach the steady motion; in the retainers the rotor moves no further than the clearance.
         """
@@ -100,7 +100,7 @@ def placed_unbalances(subject: AssessedMachine) -> list[PlacedUnbalance]:
     """Return the unbalance of the balancing grade placed for each mode.
 
     Each lobe of the shape has its share by modal mass, at the plane within it where the shape is largest. The share of
-    a lobe without a plane is distributed to the others in proportion, so that the total is always placed and no part
+    a lobe without a plane is distributed to the others in proportion. The total is therefore always placed, and no part
     cancels another.
     """
     planes, total = planes_of_unbalance(subject), subject.unbalance_of_grade()
@@ -180,7 +180,7 @@ def simulate(
     inputs
         Initial inputs of the rotor, by name.
     real
-        Whether to use sensor noise and converter resolution, unless the machine defines its signal chain.
+        Whether to use sensor noise and converter resolution; a signal chain that the machine defines takes precedence.
     to_magnets
         Whether the rotor may reach a magnet, which ends the run.
     levitated
@@ -188,7 +188,7 @@ def simulate(
     start
         The end of the same run with an earlier end, from which it continues; see `end_of`.
     goes_on
-        Whether to save its end, for a run that continues from it.
+        Whether to save the end of the run, so another run can continue from it.
     fields
         Fields of a scenario.
 
@@ -218,7 +218,7 @@ def simulate(
 
 
 def end_of(result: Result) -> Checkpoint | None:
-    """Return the end of a run that `goes_on`; None if an FMU cannot save its state, or the run ended early."""
+    """Return the end of a run that `goes_on`, or None if an FMU cannot save its state or the run ended early."""
     return next(iter(result.checkpoints.values()), None)
 
 
@@ -234,7 +234,7 @@ def settling_cycles(subject: AssessedMachine, Omega: float) -> float:
 
         n = ln(1/REMAINS) Omega/(2 pi |sigma|)                                                         (1)
 
-    sigma is that of the slowest decay of a vibration of the loop, without stages, up to twice the spin speed.
+    sigma belongs to the slowest decaying vibration of the loop without stages, up to twice the spin speed.
 
     Parameters
     ----------
@@ -251,8 +251,8 @@ def settling_cycles(subject: AssessedMachine, Omega: float) -> float:
 def clearance_used(subject: AssessedMachine, result: Result) -> dict[str, Array]:
     """Return the displacement over the clearance at every place that the rotor can touch, from cycle 0 on.
 
-    It is that of samples, and 1 or more at the end of a step in which the rotor touches. At a face it is that along the
-    shaft, 0 of a rotor on its way to another face.
+    It is taken at samples, and is 1 or more at the end of a step in which the rotor touches. At a face it is the
+    displacement along the shaft, or 0 for a rotor that moves towards another face.
     """
     signals, used = result.signals, {}
     has_settled = _recorded(result) >= 0.0
@@ -292,18 +292,18 @@ def without_power(subject: AssessedMachine, cycle: float, friction: float = FRIC
 
 
 def longest(subject: AssessedMachine, duration: float, steps: int) -> float:
-    """Return the time (s) of some steps, at most a duration (s)."""
+    """Return the time (s) of a number of steps, limited to a duration (s)."""
     return min(duration, steps * float(subject.prepared.step_size))
 
 
 def check_falls(subject: AssessedMachine) -> None:
-    """Raise a ValueError if a machine has no gravity, so that its rotor does not fall without power."""
+    """Raise a ValueError if a machine has no gravity, because its rotor does not fall without power."""
     if has_no_gravity(subject):
         raise ValueError("the machine has no gravity, so the rotor does not fall; set gravity in the machine file")
 
 
 def upright(subject: AssessedMachine) -> str:
-    """Return why a landing of an upright machine is not that of the machine; empty if something stops its fall."""
+    """Return why a landing of an upright machine is not realistic, or "" if something stops its fall."""
     if subject.gravity_across or not subject.file.axial_gravity or subject.falls_onto_a_face:
         return ""
     return "gravity acts only along the shaft, and the rotor file has no [[faces]] to stop the fall"

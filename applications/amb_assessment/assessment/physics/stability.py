@@ -21,7 +21,7 @@ def least_stable(subject: AssessedMachine, variation: MachineVariation = NOMINAL
 
 
 def speeds_of_run_up(subject: AssessedMachine, count: int) -> Array:
-    """Return `count` even speeds (rad/s) from zero to the trip speed, and those that its files name, ascending."""
+    """Return `count` even speeds (rad/s) from zero to the trip speed, and the speeds in its files, ascending."""
     speed = subject.file.speed
     return with_tables(subject, np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest]))
 
@@ -34,12 +34,12 @@ def spectral_radius(quantity: str, stability: LoopStability, name: str = "") -> 
 
 
 def motion_and_speed(stability: LoopStability) -> str:
-    """Return the motion of the pole that decides, and its speed."""
+    """Return the motion of the decisive pole, and its speed."""
     return f"{stability.motion}, |z| = {stability.radius:.7f}, at {rpm(stability.speed):.0f} rpm"
 
 
 def instability(subject: AssessedMachine) -> str:
-    """Return why the rotor of a machine does not levitate, across or along its shaft; empty if it does."""
+    """Return why the rotor of a machine does not levitate, across or along its shaft, or "" if it does."""
     stability = least_stable(subject)
     if not stability.is_stable:
         return f"the loop is not stable: {motion_and_speed(stability)}"

@@ -27,7 +27,8 @@ from rotor_analysis.rotor import Rotor
 def anticipated(subject: AssessedMachine, factor: float = 1.0) -> tuple[Bearing, ...]:
     """Return the anticipated coupling of the stages at the largest speed, times a factor, without the rotor's seals.
 
-    This is the model of level I: rotor, bearings with that along z, and a coupling that stands for all causes of whirl.
+    This is the model of level I: the rotor, its bearings, including the one along z, and a coupling that represents all
+    causes of whirl.
     """
     speed = subject.file.speed.highest
     stages = (
@@ -39,7 +40,7 @@ def anticipated(subject: AssessedMachine, factor: float = 1.0) -> tuple[Bearing,
 def real_coefficients(subject: AssessedMachine) -> tuple[Bearing, ...]:
     """Return the coefficients of stages and thrust disc for level II, without the seals.
 
-    Those of a stage are by default its anticipated coupling.
+    By default, a stage has its anticipated coupling.
     """
     speed = subject.file.speed.highest
     stages = (_level_two(stage, stage.at, subject.rotor.node_of(stage.at), speed) for stage in subject.file.stages)
@@ -47,7 +48,7 @@ def real_coefficients(subject: AssessedMachine) -> tuple[Bearing, ...]:
 
 
 def with_tables(subject: AssessedMachine, speeds: Array) -> Array:
-    """Return speeds (rad/s), ascending, and those between them at which controller, seals and stages have entries."""
+    """Return ascending speeds (rad/s) with those between them in the tables of controller, seals and stages."""
     return with_samples(speeds, [*subject.table_speeds, *table_speeds(real_coefficients(subject))])
 
 

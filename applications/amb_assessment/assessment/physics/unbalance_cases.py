@@ -43,10 +43,10 @@ class UnbalanceCase:
 
 
 def unbalance_cases(subject: AssessedMachine) -> list[UnbalanceCase]:
-    """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, at least two.
+    """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, but at least two.
 
-    The shapes are those of the rotor on the stiffness of its bearings, without seals, at the largest speed; if it
-    differs along x and y, there are cases for each direction.
+    The shapes belong to the rotor on the stiffness of its bearings at the largest speed, without seals. If this
+    stiffness differs along x and y, there are cases for each direction.
     """
     speed = subject.file.speed
     directions = directional_stiffness(subject, np.array([speed.highest]))
@@ -75,7 +75,7 @@ def _along(subject: AssessedMachine, direction: str, stiffness: dict[str, float]
 
 
 def response_speeds(subject: AssessedMachine, points: int = 160) -> Array:
-    """Return the speeds (rad/s) of a response, from 3 % to 150 % of the largest, and those of operation."""
+    """Return the speeds (rad/s) of a response, from 3 % to 150 % of the largest, and the operating speeds."""
     speed = subject.file.speed
     swept = np.linspace(0.03, 1.5, points) * speed.highest
     return np.unique([*swept, speed.lowest, speed.highest, speed.tripping])

@@ -1,4 +1,4 @@
-"""The least friction coefficient that drives a machine without power into whirl.
+"""The smallest friction coefficient that drives a machine without power into whirl.
 
 Across gravity, a rotor falls over the top of its retainers into backward whirl. An upright rotor rests on a face,
 where friction makes whirl grow until the race below it follows.
@@ -31,9 +31,9 @@ MARGIN = 2.0  # of this friction over that of landings, as in the criteria; abov
 
 
 def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
-    """Return the least friction coefficient at any speed up to the trip speed.
+    """Return the smallest friction coefficient at any speed up to the trip speed.
 
-    It is that of any one or two retainers (`swing`), or of the face on which an upright rotor stands (`face_whirl`).
+    It applies to one or two retainers (`swing`), or to the face on which an upright rotor stands (`face_whirl`).
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
 
 
 def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
-    """Return the least friction of a standing rotor, with that on a face `UNKNOWN` times as stiff in its facts."""
+    """Return the smallest friction of a standing rotor; its facts have the value on a face `UNKNOWN` times as stiff."""
     weight, tripping = subject.rotor.mass * abs(subject.file.axial_gravity), subject.file.speed.tripping
     faces = [k for k, face in enumerate(subject.rotor.faces) if face.stops == subject.fall]
     linear_source = source_of_run(prepare_run(co_simulated(subject, subject.file.speed.highest)))
@@ -110,7 +110,7 @@ def _least_friction(subject: AssessedMachine) -> Quantity:
 
 
 def chance(least: Quantity) -> str:
-    """Return why chance decides whether a landing whirls; empty if the friction is too small for a whirl."""
+    """Return why chance decides whether a landing whirls, or "" if the friction is too small for whirl."""
     friction = least.facts["friction"]
     if least.value >= MARGIN * friction:
         return ""

@@ -40,7 +40,7 @@ def draw(result: ControlComparison) -> Figure:
 
 
 def _text(cell: RecoveryStatistics) -> str:
-    """Return the median number of cycles to the last contact, and the share of the runs where it is not all."""
+    """Return the median number of cycles to the last contact, and the share of the runs unless it is 100 %."""
     if cell.median_cycles is None:
         return ""
     cycles = f"{cell.median_cycles:.1f}" if cell.median_cycles > 0.0 else "-"
