@@ -55,7 +55,9 @@ if TYPE_CHECKING:
     metavar="FILE:FUNCTION",
     help="Function of a result that returns named numbers.",
 )
-@click.option("--keep", multiple=True, metavar="OUTCOME", help="Outcomes with full records: trapped, failed, ...; all.")
+@click.option(
+    "--keep", multiple=True, metavar="OUTCOME", help="Outcomes to save in full: trapped, failed, ...; or all."
+)
 @click.option("--boundary", metavar="METRIC", help="Boundary in maps: recovered (default), contact, rolling.")
 @former_option("--refine", "--sample boundary:METRIC")
 @click.option(

@@ -334,8 +334,8 @@ def _faults(planes: Planes) -> dict[int, str]:
         FAULT_LONG_STEP: "step size = {step_size} s is not allowed; it must be at most 100000 times "
         "solver.max_substep = {solver.max_substep} s",
         FAULT_ENERGY: "energy is not conserved: energy.balance = {energy.balance} J is more than solver.energy_limit = "
-        "{solver.energy_limit} of the largest energy so far; lower solver.max_substep; in contact, lower its stiffness "
-        "or friction",
+        "{solver.energy_limit} of the largest energy so far; lower solver.max_substep; in contact, lower contact "
+        "stiffness or friction",
         FAULT_TOO_STIFF: "a contact or a bearing is too stiff: it requires more than 100000 substeps in one "
         "communication step; lower its stiffness or damping, raise delta_c, or shorten the step",
         FAULT_INERTIA: "spin.inertia = {spin.inertia} kg.m2 is not allowed with a free spin and this unbalance; "

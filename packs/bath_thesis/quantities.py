@@ -194,9 +194,7 @@ def step_of_unbalance(run: Signals, disc: str) -> Annotated[list[float], "kg.m"]
 
 
 def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annotated[float | None, "1"]:
-    """Return the largest ratio of the final amplitude to the one before ROLAC starts (1), of planes by their x
-    sensors.
-    """
+    """Return the largest ratio of amplitudes at the end and before ROLAC starts (1), of planes by x sensors."""
     chosen = [(x, y) for x, y in SENSOR_PLANES if x in planes.split(",")]
     pairs = [(sensor_amplitude(run, x, y, "before"), sensor_amplitude(run, x, y, "end")) for x, y in chosen]
     return max((after / before for before, after in pairs if before and after is not None), default=None)

@@ -97,7 +97,7 @@ def kelvin_voigt(site: np.record, delta: float, rate: float) -> Response:
 
 @views
 def kirk(site: np.record, delta: float, rate: float) -> Response:
-    """Return the response of spring and damper that engage with the penetration (4.4, 4.5)."""
+    """Return the response of spring and damper that engage gradually with penetration (4.4, 4.5)."""
     elastic = site.k_c * delta
     viscous = elastic + site.c_c * rate
     d = site.delta_c / 3.0
@@ -168,7 +168,7 @@ COMPLIANT: tuple[tuple[Law, str], ...] = (  # formulas, whose names the laws hav
     (linear, "spring"),
     (hertz, "power 3/2 of the penetration"),
     (kelvin_voigt, "spring and damper"),
-    (kirk, "spring and damper that engage with the penetration"),
+    (kirk, "spring and damper that engage gradually with penetration"),
     (hunt_crossley, "Hertz with damping"),
     (ulbrich, "Hertz with loss"),
     (switched_kelvin_voigt, "spring and damper that never pull"),

@@ -198,7 +198,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.passed",
             "1",
-            f"Whether the rotor is beyond the clearance {at}while enabled is false, so that it cannot touch",
+            f"Whether the rotor is beyond the clearance {at} while enabled is false, so that it cannot touch",
             type="Boolean",
             initially_depends_on=journal,
             warning=f"{site.upper()} is switched off ({site}.enabled = false); the rotor would have touched it (gap "

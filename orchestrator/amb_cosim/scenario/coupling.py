@@ -59,6 +59,6 @@ def coupling_warning(
     whose = "of the controller's sample time" if sample_time else f"of {1e6 * USUAL_SAMPLE_TIME:g} µs between samples"
     return (
         f"with communication_step = {step:g} µs in Jacobi order each force comes {lag:g} µs after the displacements "
-        f"that it responds to{compensation}; that changes the damping of a levitated rotor, or makes it unstable. "
+        f"that it responds to{compensation}; this changes the damping of a levitated rotor, or makes it unstable. "
         f"Keep to steps of at most {most:g} µs, a fifth {whose}"
     )

@@ -369,7 +369,7 @@ def _check_speeds(scenario: Scenario, period: float) -> None:
         moment = point.moment(period)
         if not before < moment < math.inf:
             what = (
-                f"at > {before:g} s, after the point before it"
+                f"at > {before:g} s, after the previous point"
                 if before
                 else "at > 0 s, because Omega defines the start"
             )

@@ -164,7 +164,9 @@ def check_criteria(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
         for formula in filter(None, (criterion.limit, criterion.when)):
             if unknown := sorted(names_in(formula) - set(known)):
                 hint = suggest(unknown[0], known)
-                raise ValueError(f"criterion {criterion.key}: formula {formula!r} has no {unknown[0]!r}; {hint}")
+                raise ValueError(
+                    f"criterion {criterion.key}: formula {formula!r} names an unknown variable {unknown[0]!r}; {hint}"
+                )
             if names_in(formula) <= facts.keys():
                 try:
                     evaluate(formula, facts)
@@ -172,7 +174,7 @@ def check_criteria(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
                     raise ValueError(f"criterion {criterion.key}: {error}") from error
         if unknown := sorted(criterion.named_in_failure - {*WORDS, *known}):
             hint = suggest(unknown[0], [*WORDS, *known])
-            raise ValueError(f"criterion {criterion.key}: failure has no {unknown[0]!r}; {hint}")
+            raise ValueError(f"criterion {criterion.key}: failure names an unknown variable {unknown[0]!r}; {hint}")
 
 
 def packaged_criteria() -> PackFiles:

@@ -92,7 +92,10 @@ def _with_warning(recording: Recording, assembly: Assembly, fault: str) -> Recor
     """Return a recording with the subsequent error as a warning of the components that may have caused it."""
     if not fault:
         return recording
-    text = f"the process of {_names(assembly)} {fault}, when the FMUs were terminated and freed; the record is complete"
+    text = (
+        f"the process of {_names(assembly)} {fault} while the FMUs were being terminated and freed; the record is "
+        f"complete"
+    )
     first = next(iter(assembly.from_elsewhere or assembly.fmus))
     warnings = {**recording.warnings, first: [*recording.warnings.get(first, []), text]}
     return replace(recording, warnings=warnings)
