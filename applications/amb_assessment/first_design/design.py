@@ -60,7 +60,7 @@ def first_design(
     options: RunOptions,
     progress: Progress = lambda sample_time, tried: None,
 ) -> Design:
-    """Return the design with the first sample time that puts the loop into zone A, or the one that is closest to it.
+    """Return the design with the first sample time that puts the loop into zone A, or the one that falls short least.
 
     Parameters
     ----------

@@ -212,8 +212,8 @@ def _model_parameters(max_substep: float) -> list[Variable]:
         parameter(
             "initial.orbit",
             "1",
-            "Start on the synchronous orbit in the passive bearings instead of at rest; beyond a retainer, start at "
-            "the retainer",
+            "Start on the synchronous orbit in the passive bearings instead of at rest; positions beyond a retainer "
+            "are moved back to it",
             0.0,
             type="Boolean",
         ),

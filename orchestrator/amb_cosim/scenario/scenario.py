@@ -342,7 +342,7 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
         for stop in scenario.stop:
             stop.condition(period)
         if tilt_of(scenario.tilt) and scenario.gravity is None:
-            raise ValueError(f"tilt = {scenario.tilt} requires gravity, because it sets its direction")
+            raise ValueError(f"tilt = {scenario.tilt} requires gravity, because tilt only sets its direction")
         _ = scenario.step_size("gauss_seidel"), scenario.end(period)  # both raise for wrong values
     return scenario
 

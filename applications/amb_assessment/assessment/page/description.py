@@ -100,8 +100,7 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
         criteria_line += "; the machine has no gravity, so nothing lands"
     if along:
         criteria_line += (
-            f"; {abs(along) * rotor.mass:.4g} N of the weight act along the shaft, where radial "
-            f"bearings do not carry them"
+            f"; {abs(along) * rotor.mass:.4g} N of the weight act along the shaft, and no radial bearing carries them"
         )
     warnings = [f"warning: {sentence}" for sentence in subject.prepared.warnings]
     tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
