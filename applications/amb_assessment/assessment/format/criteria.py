@@ -37,7 +37,7 @@ class Criterion(Table):
     quantity, unit
         Judged quantity, one of `QUANTITIES`, and the unit of its limits, which must be that of the quantity.
     relation
-        Whether the quantity must be `below` or `above` the limit.
+        `below` or `above`: the side of the limit on which the quantity must be.
     limit
         Formula of the limit, in variables of the machine and the quantity.
     zones, accepted
@@ -108,7 +108,7 @@ class Criterion(Table):
         return ", ".join(filter(None, (f"{self.standard} {self.edition}".strip(), self.clause)))
 
     def applies(self, facts: Mapping[str, float]) -> bool:
-        """Return whether it applies to a case with these variables."""
+        """Return whether the criterion applies to a case with these variables."""
         return not self.when or bool(evaluate(self.when, facts))
 
     def limit_of(self, facts: Mapping[str, float]) -> float:
@@ -122,7 +122,7 @@ class Criterion(Table):
         return next((name for name, upper in self.zones.items() if value < upper), self.beyond)
 
     def is_met(self, value: float, facts: Mapping[str, float]) -> bool:
-        """Return whether a value meets the criterion; a value equal to the limit does, unless it is that of a zone."""
+        """Return whether a value meets the criterion; a value at the limit does, unless the limit belongs to a zone."""
         limit = self.limit_of(facts)
         if self.zones:
             return value < limit
@@ -150,8 +150,8 @@ def check_criteria(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
     Raises
     ------
     ValueError
-        If there is no such quantity or variable, the unit is not that of the quantity, or a formula has no value; the
-        message names the criterion.
+        If there is no such quantity or variable, the unit differs from that of the quantity, or a formula has no value;
+        the message names the criterion.
     """
     for criterion in criteria:
         if criterion.quantity not in QUANTITIES:
@@ -183,7 +183,7 @@ def packaged_criteria() -> PackFiles:
 
 
 def unread(criteria: Sequence[Criterion]) -> int:
-    """Return how many of some criteria were written without access to the text of their standard."""
+    """Return the number of criteria that were written without access to the text of their standard."""
     return sum(item.known not in ("read", "own") for item in criteria)
 
 
