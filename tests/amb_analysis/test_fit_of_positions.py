@@ -107,5 +107,5 @@ def test_the_mesh_moves_smoothly_with_a_position(fan):
 
 def test_a_position_that_meets_a_measured_one_is_refused(fan):
     model = RotorParameters.load(fan, ["bodies.wheel.z"], [0.1])
-    with raises_naming(ValueError, "two positions at one place", "bounds"):
+    with raises_naming(ValueError, "two positions", "same place", "bounds"):
         model.rotor_with([0.1])

@@ -236,9 +236,9 @@ def coupled_run(fmu_from_c, folder, coupling="iterative"):
         ({"signals": {}}, ("no value", "motor.instances")),  # which no component reads
         (
             {"steps": np.zeros((3, 1)), "rest": np.zeros((0, 1)), "recorded_each": ("motor.y",)},
-            ("another record", "all points"),
+            ("different record", "all points"),
         ),
-        ({"points": ()}, ("another record", "all points")),
+        ({"points": ()}, ("different record", "all points")),
     ],
 )
 def test_a_run_refuses_a_checkpoint_that_contradicts_it(fmu_from_c, tmp_path, changed, facts):

@@ -150,7 +150,7 @@ def test_an_fmu_that_cannot_be_loaded_is_named(system):
 @pytest.mark.parametrize("name", ["./modelDescription.xml", ".//modelDescription.xml"])
 def test_a_second_description_is_refused_unless_it_is_the_same(system, name):
     amb_cosim.simulate(system(VALID, [(name, VALID)]), isolated=False)
-    with raises_naming(ValueError, "one.fmu", "two entries", "modelDescription.xml", name):
+    with raises_naming(ValueError, "one.fmu", "two different entries", "modelDescription.xml", name):
         amb_cosim.simulate(system(VALID, [(name, VALID.replace('start="1"', 'start="2"'))]), isolated=False)
 
 

@@ -239,7 +239,7 @@ def test_bounces_touch_at_their_instants_but_take_no_time(synthetic):
     late = (dataset["cycle"].values >= 14.0) & (np.arange(dataset.sizes["time"]) % 6 == 0)
     dataset["rotor_contact.rb2.impulse"].values[late] = 0.1
     summary = summarise(dataset)
-    assert_names(summary.verdict.sentence, "no magnet has power", "still moves", "RB2")
+    assert_names(summary.verdict.sentence, "no magnet has power", "still moving", "RB2")
     text = dict(summary.verdict.facts)["time in contact"]
     assert text.startswith("0.05 s of 0.4 s (12.5 %); RB1 0.03 s, RB2 0.03 s;")
 

@@ -34,7 +34,7 @@ def test_every_statement_is_counted_once_and_misses_by_cause():
         "reading": 0,
     }
     text = overview(report)
-    for fact in ("paper has 7", "3 are reproduced", "2 are not reproduced", "`fig1.odd`"):
+    for fact in ("paper has 7", "3 of them are reproduced", "2 are not reproduced", "`fig1.odd`"):
         assert fact in text
     assert "fig1.vague" not in text
 

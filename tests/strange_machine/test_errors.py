@@ -50,7 +50,7 @@ COMMANDS = {
     "compare levitation.toml levitation.toml --set 2:rotor_contact.turbine.u=5": "rotor_contact.turbine.u='5 kg.m'",
     "study sensitivity levitation.toml --set amb_actuator.north.bias_current_x=1000": "bias_current_x='1000 A'",
     "run levitation.toml --set rotor_contact.catch_?.clearance=0.09": "rotor_contact.catch_?.clearance='0.09 m'",
-    "study poles levitation.toml --up-to '12,000 rpm'": "a single number is 12000 or 12.000",
+    "study poles levitation.toml --up-to '12,000 rpm'": "a single number as 12000 or 12.000",
     "study traps levitation.toml --unbalance 20": "--unbalance 20 has no unit; write for example '20 g.m'",
     "study traps levitation.toml --unbalance-up-to 20": "--unbalance-up-to 20 has no unit",
     "study unbalance_response levitation.toml --unbalance 20": "--unbalance 20 has no unit",

@@ -123,7 +123,7 @@ def _stepped(
     """Return a run in which an input of the rotor takes value after value, each for a time (s), starting then.
 
     The other values are the place that the rotor touches first, its largest displacement over the clearance, and the
-    number, from 1, of the value that acts at contact. Without contact, they are no place and None.
+    number, from 1, of the value that acts at contact. Without contact, the place is empty and the number is None.
     """
     events = [{"time": k * each, "set": {PLANT: {name: float(value)}}} for k, value in enumerate(values, 1)]
     end = (len(values) + 1) * each
