@@ -80,7 +80,7 @@ RUN = {
 
 ANALYSES = {
     "study modes --rotor nope.toml": "rotor file nope.toml cannot be read",
-    "study modes --speeds '90 rad/s,fast'": "speeds = 'fast' is no number",
+    "study modes --speeds '90 rad/s,fast'": "speeds = 'fast' is not a number",
     "study modes --count 0": "count = 0 is not allowed; it must be 1 or more",
     "study campbell --up-to 0": "up-to = 0 rad/s is not allowed; it must be > 0 rad/s",
     "study tables --planes 1,x": "planes = 1,x is not allowed; it must be node",

@@ -289,7 +289,7 @@ def test_a_rotor_that_no_pid_holds_is_refused_with_its_unstable_mode(tmp_path):
     places = "".join(f'[[bearings]]\nname = "{b}"\nz = {z}\nstiffness = 1e6\n' for b, z in (("a", 0.1), ("b", 1.1)))
     sites = "".join(f'[[sites]]\nname = "r{b}"\nz = {z}\nbearing = "{b}"\n' for b, z in (("a", 0.15), ("b", 1.05)))
     sensors = '[[sensors]]\nname = "sa"\nz = 0.34\n[[sensors]]\nname = "sb"\nz = 0.86\n'
-    with raises_naming(ValueError, "no PID", "grows", "bending mode 1", "node", "sb"):
+    with raises_naming(ValueError, "none of the PIDs", "grows", "bending mode 1", "node", "sb"):
         new_machine(tmp_path / "fan", "\n".join((text, places, sites, sensors)), 12000.0 * RPM)
     assert list(tmp_path.iterdir()) == []
 
