@@ -36,5 +36,5 @@ def test_largest_force_is_that_of_a_saturated_coil_pair(synthetic, total):
 def test_a_system_without_magnets_has_no_force_limits(synthetic):
     assert force_limits(synthetic(), "mb1.x") is None
     assert current_limits(synthetic(), "mb1.x") is None
-    with raises_naming(ValueError, "magnets", "no current", "no force"):
+    with raises_naming(ValueError, "magnets", "neither a current nor a force"):
         plots.Plots(synthetic()).magnets()
