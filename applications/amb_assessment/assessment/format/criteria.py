@@ -204,8 +204,8 @@ def criteria_by_file(sources: Sequence[str | Path] = ()) -> dict[str | Path, lis
     Raises
     ------
     ValueError
-        If there is no such file, or it is invalid; the message has a line for each mistake. Also if those of packs are
-        meant and two packs have a file of one name.
+        If there is no such file, or it is invalid; the message has a line for each mistake. Also if criteria of packs
+        are loaded and two packs have a file of the same name.
     """
     packaged = packaged_criteria()
     if not sources and (clashes := packaged.clashes()):

@@ -33,9 +33,7 @@ def check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) -> 
         raise ValueError(f"{start.title} has a different record; it must contain all points before the checkpoint")
     n, inputs = len(start.scales), len(master.scales) if master.coupling == "iterative" else 0
     if n != inputs:
-        raise ValueError(
-            f"{start.title} has scales of {n} inputs; the coupling {master.coupling} has scales of {inputs}"
-        )
+        raise ValueError(f"{start.title} scales {n} inputs, but the coupling {master.coupling} scales {inputs}")
 
 
 def check_numbers(start: Checkpoint, plan: Plan) -> None:
