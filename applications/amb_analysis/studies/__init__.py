@@ -70,7 +70,7 @@ _GENERAL = {
     ),
     "sensitivity": Study(
         ".stability_margin",
-        "Compute the stability margin (ISO 14839-3). A co-simulation measures it, too.",
+        "Compute the stability margin (ISO 14839-3), and also measure it in a co-simulation.",
     ),
     "poles": Study(
         ".closed_loop_poles",

@@ -162,8 +162,8 @@ def waterfall(
     Raises
     ------
     ValueError
-        If the source is invalid, if the run recorded no orbit or unequal steps or is too short, or if a window does not
-        fit into it.
+        If the source is invalid; if the run recorded no orbit, has unequal steps or is too short; or if a window is
+        longer than the run.
     KeyboardInterrupt
         If Ctrl-C interrupts the run.
 

@@ -65,9 +65,9 @@ def orbit_grows(dataset: Signals, within: slice) -> bool:
 
     Steady orbits, drifts on a straight line, and orbits that approach another one do not grow (`results.growth`).
     Samples are taken at equal angles of the shaft, so that a synchronous orbit appears steady while the speed varies by
-    up to 1 %. The result is false if the speed changes more, or if an excitation from outside is not steady. Growing
-    parts that cancel can fit the response to a slow sine sweep, so all motion must grow if a component excites the
-    rotor from outside its loop.
+    up to 1 %. The result is false if the speed changes more, or if an excitation from outside is not steady. A slow
+    sine sweep can be fitted by growing parts that cancel one another. If a component excites the rotor from outside its
+    loop, the result is therefore true only if the motion as a whole grows.
 
     Parameters
     ----------

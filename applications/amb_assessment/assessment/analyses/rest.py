@@ -276,7 +276,8 @@ def _without_temperature(touchdown: Touchdown) -> tuple[str, ...]:
     names = [site for site, result in touchdown.retainers.items() if result.temperature is None]
     if not names:
         return ()
-    return (f"No temperature of {', '.join(names)}: set `heat_capacity` (J/K) and `heat_transfer` (W/K).",)
+    wanted = "set `heat_capacity` (J/K) and `heat_transfer` (W/K)"
+    return (f"No temperature was computed for {', '.join(names)}: {wanted}.",)
 
 
 def _texts(retainer: Retainer) -> tuple[str, ...]:

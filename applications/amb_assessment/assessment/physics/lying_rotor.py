@@ -17,7 +17,7 @@ SIDES = 16  # to which a rotor without gravity across its shaft may lean
 
 
 class LyingOn(NamedTuple):
-    """One or two retainers in which a fall can whirl.
+    """One or two retainers in which a falling rotor can whirl.
 
     at, mass
         Numbers of the retainers in the machine, and the mass (kg) that each carries.
@@ -46,7 +46,7 @@ def carried_masses(subject: AssessedMachine) -> dict[str, float]:
 
 
 def lying_on(subject: AssessedMachine) -> list[LyingOn]:
-    """Return the retainers, one or two, in which a fall can whirl.
+    """Return the retainers, one or two, in which a falling rotor can whirl.
 
     Two are those on which a rotor lies: each carries a share by the rule of the lever, and the line through both
     journals at their lowest points reaches no other retainer. If there are none, as with a centre of mass beyond the

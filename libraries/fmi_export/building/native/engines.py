@@ -116,7 +116,7 @@ def _cached(place: Path) -> Path:
 
 
 def engine_place(models: Sequence[Kernels], platform: str) -> Path:
-    """Return the place of the engine of models, below the folder of all engines."""
+    """Return the path of the engine of these models, relative to the folder of all engines."""
     return Path(platform, f"{_name(models)}-{engine_key(models)}")
 
 

@@ -1,8 +1,8 @@
 """Reads the interface of an FMU from its modelDescription in FMI 2.0 or 3.0.
 
-Each element of an FMI 3.0 array is a variable with its own name, row by row: `gains[2,3]`, counted from 1. FMUs of this
-project's export state the FMI 2.0 names of their elements, which are also used here. If the size of an array is a
-parameter, its start value applies.
+Each element of an FMI 3.0 array becomes a variable, in row-major order, with a name such as `gains[2,3]`; indices start
+at 1. FMUs of this project's export state the FMI 2.0 names of their elements, which are also used here. If the size of
+an array is a parameter, its start value applies.
 """
 
 from __future__ import annotations

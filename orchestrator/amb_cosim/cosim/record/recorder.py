@@ -116,8 +116,8 @@ class Recorder:
             of_steps = self.step_rows.reserve(last + 1 if len(self.each) else 0)
         except (MemoryError, ValueError) as error:  # numpy raises either
             raise ValueError(
-                f"there is not enough memory to record {len(self._positions)} variables at {due} points; reduce them "
-                f"by record.variables or record.every of the scenario"
+                f"there is not enough memory to record {len(self._positions)} variables at {due} points; record "
+                f"fewer by setting record.variables or record.every in the scenario"
             ) from error
         table = self._positions, self._first, self._every, self._points, self._table
         return RecordBuffer(*table, self.each, len(self.each), *of_steps)
