@@ -25,7 +25,7 @@ AT_REST = 1e-20  # v^H M v over the squared norm of an eigenvector up to which t
 
 
 def logarithms(z: Complex, sample_time: float) -> Complex:
-    """Return s of (1) with m = 0, which is at most half the sample rate; 0 for z = 0."""
+    """Return s of (1) with m = 0, whose frequency is at most half the sample rate; 0 for z = 0."""
     nonzero, s = np.abs(z) > EXTINCT, np.zeros(len(z), dtype=np.complex128)
     s[nonzero] = np.log(z[nonzero]) / sample_time
     return s

@@ -70,9 +70,10 @@ class StateSpace(Protocol):
 
 
 def without_idle_states(law: Law) -> Law:
-    """Return a law without the states that no input moves or no output sees, judged by the zeros of its matrices.
+    """Return a law without the states that no input moves or no output sees according to its zero elements.
 
-    If only some inputs and outputs of a law were selected, this exactly removes the states of unrelated loops.
+    If only some inputs and outputs of a law were selected, this removes the states of unrelated loops without
+    approximation.
     """
     A, moved, seen = law.A != 0.0, np.any(law.B != 0.0, axis=1), np.any(law.C != 0.0, axis=0)
     for _ in range(len(A)):

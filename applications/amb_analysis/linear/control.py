@@ -116,7 +116,7 @@ def law_at(constants: Array, Omega: float) -> Law:
 
 
 def _filter(cutoff: float, sample_time: float) -> Law:
-    """Return the anti-aliasing filter of a signal (`signal_chain.lowpass`); last output and input are its states."""
+    """Return the anti-aliasing filter of a signal (`signal_chain.lowpass`); states: previous output and input."""
     E, P = coefficients(cutoff, sample_time)
     row = np.array([[E, 1.0 - E - P]])
     return Law(np.vstack([row, np.zeros((1, 2))]), np.array([[P], [1.0]]), row, np.array([[P]]))

@@ -258,7 +258,7 @@ def _sample_time(values: Assignments) -> float:
 
 
 def _point(assembly: Assembly, operating: Mapping[str, Raw]) -> dict[str, float]:
-    """Return values in SI units by shared signal, or by input whether or not anything feeds it."""
+    """Return values in SI units by shared signal, or by input, whether or not anything feeds it."""
     result, system = {}, assembly.system
     for name, raw in operating.items():
         end = system.first_end(name)

@@ -53,7 +53,7 @@ class LoopPoles:
     shapes
         Displacements of the bearings for each pole, x and y of each bearing in turn, shape (2 bearings, n).
     stability
-        The pole that decides on stability.
+        The pole that determines stability.
     along
         Displacement of the thrust disc along the shaft for each pole, shape (n,); None if there is no disc.
     """
@@ -271,7 +271,7 @@ def _is_axial(shapes: Complex, along: Complex | None) -> NDArray[np.bool_]:
 
 
 def _largest_place(names: Sequence[str], sizes: Array) -> str:
-    """Return the axis that moves most, or its bearing if the bearing's other axis moves at least half as much."""
+    """Return the axis with the most motion, or its bearing if the other axis has at least half as much motion."""
     if not sizes.max(initial=0.0) > 0.0:
         return ""
     top = int(sizes.argmax())

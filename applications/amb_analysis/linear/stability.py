@@ -1,4 +1,4 @@
-"""Stability of a sampled loop, decided by its pole of largest modulus.
+"""Stability of a sampled loop, determined by its pole of largest modulus.
 
     x(n+1) = A x(n),   z the eigenvalues of A,   s = ln(z)/T = sigma + j omega
 
@@ -23,7 +23,7 @@ pole by
 with its left and right eigenvectors y and x (J. H. Wilkinson, The Algebraic Eigenvalue Problem, Oxford 1965, chapter
 2). For the two halves of a split double pole, kappa is about the inverse of their distance, so (1) covers them as well.
 A pole is on the circle if an error of `ROUNDING` times the precision may move it there. Such poles are counted, and the
-largest of the other poles decides on stability.
+largest of the other poles determines stability.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ LARGEST = 1e3  # logarithmic decrement that stands for motion that hardly vibrat
 
 @dataclass(frozen=True)
 class LoopStability:
-    """The pole that decides on stability: the pole of largest modulus, ignoring poles on the unit circle.
+    """The pole that determines stability: the pole of largest modulus, ignoring poles on the unit circle.
 
     radius
         Its modulus |z|, the spectral radius of the loop.
@@ -57,7 +57,8 @@ class LoopStability:
     speed
         Spin speed.
     place
-        Bearing that moves most, with its axis if that moves at least twice as much as the other; may be unknown ("").
+        Bearing at which the rotor moves most, with the axis if the motion along it is at least twice that along the
+        other; "" if unknown.
     on_circle
         Number of poles on the unit circle within rounding.
     """
@@ -109,7 +110,7 @@ def stability_of(A: Array, sample_time: float) -> LoopStability:
 
 
 def deciding_pole(A: Array, z: Complex, sample_time: float) -> tuple[LoopStability, int]:
-    """Return the stability of x(n+1) = A x(n) with poles z, and the number of the pole that decides.
+    """Return the stability of x(n+1) = A x(n) with poles z, and the number of the pole that determines it.
 
     If all poles are on the unit circle, the result is pole number 0 with the radius 0.
     """

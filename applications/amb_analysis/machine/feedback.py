@@ -127,8 +127,8 @@ def component_responses(
 def lateness(linear_source: LinearSource, outputs: Sequence[str]) -> Array:
     """Return the times (s) by which outputs of components appear after the samples that they belong to.
 
-    For a sampled component, this is its fraction of a sample, plus one sample if it shows its outputs at the end of a
-    step.
+    For a sampled component, this time is its delay, a fraction of a sample, plus one sample if it shows its outputs at
+    the end of a step.
     """
     parts = linear_source.parts([name for name in linear_source.names if name != PLANT])
     late = {

@@ -156,7 +156,7 @@ class Machine:
 
     @cached_property
     def free_rotor(self) -> SupportedRotor:
-        """The free rotor, reduced to `MODES` modes and residual shapes of its parts; it is faster at many speeds."""
+        """The free rotor, reduced to `MODES` modes and residual shapes of its parts for analyses at many speeds."""
         return SupportedRotor(self.rotor, self.free, reduce_to_modes(self.free, MODES, self.rotor.part_nodes))
 
     @cached_property
@@ -232,7 +232,7 @@ class Machine:
         return {**plan.inputs, **{name: value for _, name, value in in_time}}
 
     def faults_among(self, inputs: Mapping[str, float]) -> tuple[str, ...]:
-        """Return the inputs that are not 0 and that their description calls a fault."""
+        """Return the inputs that are not 0 and whose description calls them a fault."""
         ports = {
             f"{component}.{name}": port
             for component, interface in self.prepared.interfaces.items()

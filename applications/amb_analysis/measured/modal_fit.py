@@ -224,8 +224,8 @@ def _fits(frequencies: Array, H: Complex, narrowest: float) -> list[FittedMode]:
 
     With p poles, (1) has the denominator prod(s - lambda_j) and polynomials N_c of degree p + 1. With the residuals e
     and their degrees of freedom d, two poles are better if (e_1^2/d_1)/(e_2^2/d_2) > 6. Both must decay, lie within the
-    lines and contribute to the peak. Their half-power widths must be at least `narrowest` (Hz), which the lines
-    resolve, because the window of an estimate has a shape that two poles fit better than one.
+    lines and contribute to the peak. Their half-power widths must be at least `narrowest` (Hz), the width that the
+    lines resolve, because the window of an estimate has a shape that two poles fit better than one.
     """
     one, two = (_fit(frequencies, H, p) for p in (1, 2))
     count, n = H.shape

@@ -15,7 +15,7 @@ ROUNDED = 1e-3  # of a coherence that a file rounds
 
 
 def check_sizes(values: Array | Complex, name: str) -> None:
-    """Raise ValueError if numbers other than 0 are so small or large that their squares or products are not numbers."""
+    """Raise ValueError if squares or products of numbers other than 0 could underflow or overflow."""
     sizes = np.abs(values)
     beyond = (sizes > MOST) | ((sizes < LEAST) & (sizes > 0.0))
     if beyond.any():

@@ -2,8 +2,8 @@
 
 A channel is named by node and direction, `3.x`; data in direction -x are read as data along x with the opposite sign.
 
-Units are taken from the axis labels. If there is no label, numbers are divided by factors of the set 164 before them,
-or else of the first set 164 in the file,
+Units are taken from the axis labels. If there is no label, numbers are divided by the factors of the set 164 before
+them, or else by those of the first set 164 in the file,
 
     SI = value/(length^a force^b)                                                                  (1)
 
@@ -98,7 +98,7 @@ def _content(sets: Sequence[Set], units: StatedUnits) -> Measurement | TimeRecor
 
 
 def _sets(path: Path) -> list[dict[str, Any]]:
-    """Return the sets of a file; functions include the factors of their set 164, and no padding after their data."""
+    """Return the sets of a file; functions include the factors of their set 164, but not padding after their data."""
     import pyuff
 
     try:
@@ -171,7 +171,7 @@ def _responses(functions: Sequence[Set], units: StatedUnits) -> tuple[FrequencyR
 
 
 def _by_ends(functions: Any) -> dict[tuple[Any, ...], list[Set]]:
-    """Return lists of functions by both ends, because a measurement may have been repeated."""
+    """Return lists of functions by output and input, because a measurement may have been repeated."""
     result: dict[tuple[Any, ...], list[Set]] = defaultdict(list)
     for item in functions:
         names = (str(item[f"{end}_ent_name"]).strip() for end in ("rsp", "ref"))

@@ -129,7 +129,7 @@ def _rounding(times: Array, most: float) -> float:
 
 
 def split_quotient(unit: str, name: str) -> tuple[str, str]:
-    """Return the units of output and input of a response's unit, `m/N` or `(m/s2)/N`.
+    """Return the units of output and input from a response's unit, `m/N` or `(m/s2)/N`.
 
     Raises
     ------

@@ -82,7 +82,7 @@ class StandingRotor:
         return FaceWhirl(self._growth(mu, stiffer), self._follows_after(mu))
 
     def least_driving(self, stiffer: float = 1.0) -> float:
-        """Return the smallest friction coefficient that drives whirl (`whirl`), or `MOST` if none up to it does."""
+        """Return the smallest friction coefficient that drives whirl (`whirl`), or `MOST` if none up to `MOST` does."""
         tried = np.linspace(0.0, MOST, STEPS + 1)[1:]
         driven = next((k for k, mu in enumerate(tried) if self.whirl(float(mu), stiffer).is_driven), None)
         if driven is None:

@@ -49,7 +49,7 @@ class WhirlForces:
     omega, N, L
         Whirl frequencies (rad/s), ascending, and the forces (N), shape (n,).
     k
-        Stiffness (N/m) that holds the resting journals at the centre.
+        Stiffness (N/m) that pulls journals that do not whirl towards the centre.
     """
 
     c: float

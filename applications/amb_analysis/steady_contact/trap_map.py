@@ -1,7 +1,7 @@
 """All synchronous states over speed and unbalance, and the regime at each point.
 
 * free: the orbit without contact is stable, and no contact state is
-* both: the orbit without contact and a contact state are stable; the start decides
+* both: the orbit without contact and a contact state are stable; the initial motion selects one
 * contact: no orbit without contact is stable, and a contact state settles (`SmallMotion.settles`)
 * whirl: no orbit without contact is stable, and no contact state settles: unsteady rub
 """
@@ -86,8 +86,8 @@ class StatesOfSet:
 class TrapMap:
     """States over speeds (rad/s), shape (n,), and factors of an unbalance (1), shape (k,).
 
-    The regime of a point requires the stability of only a few of its states, because one stable state in contact
-    decides it.
+    Determining the regime of a point requires the stability of only a few of its states, because one stable state in
+    contact suffices.
 
     states
         States of each set of sites in contact, contact-free states first.
@@ -168,7 +168,7 @@ def least_trapping_curve(rotor: RubbingRotor, coarse: TrapMap, most: int | None 
 def least_trapping_over(
     rotor: RubbingRotor, speeds: Array, curve: Array, most: int | None = 2
 ) -> tuple[float, float] | None:
-    """Return the smallest factor that traps at any speed (rad/s), and that speed; None if nothing traps.
+    """Return the smallest factor that traps at any speed (rad/s), and the speed at which it does; None if none traps.
 
     The minimum is refined between the two speeds beside the lowest point of the curve. If nothing traps at one of these
     speeds, the curve ends before it, often at its minimum. This end is enclosed to within `ACCURACY` of the distance.
@@ -210,7 +210,7 @@ def _last_trapping(least: Callable[[Array], Array], inside: float, outside: floa
 
 
 def least_touching(rotor: RubbingRotor, speeds: Array) -> tuple[float, float]:
-    """Return the smallest factor of the unbalance at which the contact-free orbit touches a site, and that speed.
+    """Return the smallest factor of the unbalance at which the contact-free orbit touches a site, and the speed there.
 
     k = min_s c_s / |P_s u Omega^2|,    refined between the speeds     (1)
 

@@ -45,7 +45,8 @@ class Whirl:
     slips
         Whether the journals slip forward, as (1) assumes; otherwise they roll first.
     growth, stable
-        Largest growth rate (1/s) of small motion about the whirl, except for its free phase, and whether none grows.
+        Largest growth rate (1/s) of small motion about the whirl, ignoring its free phase, and whether no such motion
+        grows.
     accurate
         Whether the reduced rotor is accurate at this frequency.
     """

@@ -69,7 +69,7 @@ class PoleOverSpeed:
 
 @dataclass(frozen=True)
 class CriticalCrossing:
-    """A speed (rad/s) at which vibration `mode` (from 1) has the frequency of rotation, and its decrement there."""
+    """A speed (rad/s) at which vibration `mode` (first: 1) has the frequency of rotation, and its decrement there."""
 
     mode: int
     speed: float
@@ -86,8 +86,8 @@ class ClosedLoopPoles(MachineResult):
         Spin speeds (rad/s), ascending, shape (n,).
     poles
         The slowest vibrations at the first speed, tracked over the other speeds. After these come vibrations that begin
-        without a resonance at a higher speed, if they have a resonance at the last speed and are slower there than the
-        fastest of the former.
+        at a higher speed: those that have no resonance where they begin, but have one at the last speed and are slower
+        there than the fastest of the vibrations tracked from the first speed.
     least_damped
         The least damped of all vibrations, followed or not, at any speed of the range, including speeds between those
         of the diagram; None if there are no vibrations.

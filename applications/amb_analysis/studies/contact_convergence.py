@@ -176,8 +176,8 @@ def convergence(
     set
         Values by `component.variable` that replace the scenario's.
     starts
-        Number of runs with clearances that differ by 1e-6, each for the scenario, for twice as many modes and for the
-        shortest communication step; 0 for none.
+        Number of runs with clearances that differ by 1e-6; this many are made for the scenario, for twice as many modes
+        and for the shortest communication step. 0 for none.
     flavour
         Flavour of the FMUs.
     progress

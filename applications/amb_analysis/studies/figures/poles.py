@@ -60,7 +60,7 @@ def draw(result: ClosedLoopPoles) -> Figure:
 
 
 def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
-    """Mark critical speeds; a hollow mark has an amplification below 2.5, which API 617 does not consider critical."""
+    """Mark critical speeds; hollow ones have an amplification below 2.5, which API 617 does not consider critical."""
     unit, points = speed_unit(), []
     for critical in result.critical_speeds:
         at, colour = critical.speed / unit.size, "0.2"

@@ -29,7 +29,7 @@ AROUND = (1.3, 2.5)  # least and largest half width of the Nyquist plot, about -
 
 
 def draw(result: StabilityMargin) -> Figure:
-    """Draw |S| of each axis, computed and measured, with the zones of ISO 14839-3, and L with their circles."""
+    """Draw |S| of each axis, computed and measured, with the zones of ISO 14839-3, and L with the zones' circles."""
     rows = (len(result.axes) + 1) // 2
     whole = StyledFigure(figsize=(CURVES + PLANE, 1.2 + 2.5 * (rows + 1)), layout="constrained")
     figure, right = np.ravel(np.asarray(whole.subfigures(1, 2, width_ratios=(CURVES, PLANE))))

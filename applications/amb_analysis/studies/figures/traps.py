@@ -143,7 +143,7 @@ def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool
 
 
 def _name_areas(panel: Axes, result: Traps, speeds: Array, amounts: Array) -> set[int]:
-    """Write the word for each kind in the middle of its largest circle if there is room, and return these kinds."""
+    """Write the word for each kind in the largest circle within its area, if it fits, and return these kinds."""
     from scipy.ndimage import distance_transform_edt  # slow to import
 
     named, aspect = set(), result.kinds.shape[0] / result.kinds.shape[1]

@@ -62,7 +62,7 @@ def draw(result: Waterfall) -> Figure:
 
 
 def _point_at_rotation(axes: Axes, result: Waterfall, place: np.ndarray, colour: str) -> None:
-    """Draw marks beside the ridges at the frequency of rotation, forward and backward, that point at it."""
+    """Draw marks that point at the ridges at the frequency of rotation, forward and backward."""
     every = max(len(place) // MARKS, 1)
     width = result.frequencies[-1] - result.frequencies[0]
     for sign, marker in ((1.0, "<"), (-1.0, ">")):
