@@ -2,6 +2,6 @@
 
 `axes` reads the variations and `sampling` turns them into points. `engine` sends batches of points to the processes of
 a Dask cluster, where `worker` runs them; `store` saves the results, so an interrupted sweep can resume. `refine`
-locates the boundary between outcomes. `maps` and `phases` plot the results, `figures` calls both, `summary` prints
-them; `ready` reads the named sweeps.
+locates the boundary between outcomes. `maps` and `phases` plot the results, `figures` calls both plots, and `summary`
+prints the results. `ready` reads the named sweeps.
 """

@@ -1,8 +1,8 @@
-"""Points of a sweep that are identical until an event share the run up to it: its state is restored, not recomputed.
+"""Points of a sweep that are identical until an event share the run up to it: the state is restored, not recomputed.
 
 A run saves its state before each event that the sweep varies, in the memory of the FMUs. A later point continues from
 the latest saved state with the same past; its results are bitwise equal to those without sharing. Points are ordered so
-that variations before an event change last, and the moments of an event ascend.
+that variations before an event change least often, and the moments of an event ascend.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ if TYPE_CHECKING:
 def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool, **options: Any) -> None:
     """Run a scenario over a grid or a sample of values.
 
-    Results of runs are in OUTPUT/sweep.zarr as soon as they end; the same command continues an interrupted sweep. NAME
+    Each result is in OUTPUT/sweep.zarr as soon as its run ends; the same command continues an interrupted sweep. NAME
     may also be a ready sweep listed by `amb-cosim list`; options override its settings.
 
     --vary takes NAME=START:STOP:COUNT, NAME=VALUE,VALUE,... with units, or NAME=@FILE, a table with one setting per

@@ -1,8 +1,8 @@
 """Sends the points of a sweep in batches to the processes of a Dask cluster, and collects the results.
 
-A batch takes about `BATCH_TIME`, estimated from earlier points. Each process runs a batch at a time, so a crash can
-only be due to its points. Dask repeats such a batch once. If the repetition also crashes a process, the points are run
-one by one, and a point that crashes two processes on its own is recorded as `crashed`.
+A batch takes about `BATCH_TIME`, estimated from earlier points. Each process runs one batch at a time, so a crash can
+only be due to the points of this batch. Dask repeats the batch once. If the repetition also crashes a process, the
+points are run one by one, and a point that crashes two processes on its own is recorded as `crashed`.
 
 Processes of a local cluster use TLS, with certificates that are created for it and stay in memory: a scheduler runs
 code for anyone who can connect, and all users of a machine can connect to 127.0.0.1.

@@ -127,7 +127,7 @@ def with_speeds_shown(dataset: xr.Dataset, sweep: xr.Dataset | None = None) -> x
 
 
 def in_display_unit(dataset: xr.Dataset, name: str) -> tuple[xr.Dataset, str]:
-    """Return a sweep with a metric in its display unit, and the label."""
+    """Return a sweep with a metric in its display unit, and the metric's label."""
     if name not in UNITS:
         return dataset, LABELS[name]
     unit_for, stored_unit = UNITS[name]

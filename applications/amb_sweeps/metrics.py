@@ -38,8 +38,8 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     """Return the outcome of a run, and its key values from cycle 0 on, with NaN for missing values.
 
     `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is the fraction of time in contact at any site between
-    disturbance and relief. A value at a site or bearing has its name as suffix, `peak_contact_force.seal`; without a
-    suffix it is the largest of all.
+    disturbance and relief. The name of a site or bearing is the suffix of its values, `peak_contact_force.seal`; a
+    value without this suffix is the largest of all sites or bearings.
     """
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)

@@ -31,7 +31,7 @@ def varied_variables(name: str, labels: Sequence[str], variables: Assignments) -
 
 
 def refuse_overlaps(axes: Iterable[Axis], labels: Sequence[str], variables: Assignments) -> None:
-    """Refuse variables that two names of a sweep vary: the last one would win.
+    """Refuse variables that two names of a sweep vary, because the second would override the first.
 
     The settings of one label of a table may overlap, because they are an ordered list.
 
@@ -50,7 +50,7 @@ def refuse_overlaps(axes: Iterable[Axis], labels: Sequence[str], variables: Assi
 def refuse_idle_settings(
     settings: Iterable[str], axes: Iterable[Axis], labels: Sequence[str], variables: Assignments
 ) -> None:
-    """Refuse a setting that has no effect because all its variables are varied; a table may vary them or not.
+    """Refuse a setting that has no effect because all its variables are varied, other than by tables.
 
     Raises
     ------

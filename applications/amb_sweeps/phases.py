@@ -30,7 +30,7 @@ FILE = "phase.png"
 
 
 def draw_phases(swept: Sweep) -> list[str]:
-    """Plot the peak force over the phase of an event into the folder of a sweep that varies it; return the files."""
+    """Plot the peak force over the phase of an event, which a sweep varies, into its folder; return the files."""
     dataset = swept.dataset
     varied = [str(name) for name in dataset.coords if is_phase(str(name))]
     if not varied or METRIC not in dataset or not dataset[METRIC].notnull().any():

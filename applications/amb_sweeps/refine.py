@@ -1,8 +1,8 @@
 """Bisects the boundary between two outcomes along the axes of a grid.
 
-If neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run, and the half with
-different ends is kept, until it is shorter than the tolerance. Each round halves all intervals, so spacing / tolerance
-= 2^n takes n rounds.
+If neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run, and the half of the
+interval with different ends is kept, until it is shorter than the tolerance. Each round halves all intervals, so
+spacing / tolerance = 2^n takes n rounds.
 """
 
 from __future__ import annotations

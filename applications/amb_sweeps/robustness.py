@@ -1,6 +1,7 @@
 """Robustness of the outcome of a scenario against identified H and small changes of values.
 
-If such a change flips the outcome, it is *fragile*: it depends as much on the digits of the input as on the machine.
+If such a change flips the outcome, the outcome is *fragile*: it depends as much on the digits of the input as on the
+machine.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ class Robustness(WarnedResult, DrawnResult):
 
     @property
     def undecided(self) -> list[str]:
-        """Changes with a run that ends too early for an outcome."""
+        """Changes whose runs end too early for an outcome."""
         return [row.changed for row in self.rows if row.outcome.startswith(UNDECIDED)]
 
     @property

@@ -78,7 +78,7 @@ class Sweep:
 
     @property
     def title(self) -> str:
-        """Title of the figures: the sweep's description, or its scenario's name and description; speeds have a unit."""
+        """Title of the figures: the sweep's description, or its scenario's name and description, in chosen units."""
         about = str(json.loads(self.dataset.attrs["request"])["scenario"].get("description", ""))
         text = self.description or (f"Variations of {self.name}: {about}" if about else self.name)
         return with_speeds_in(text, speed_unit())

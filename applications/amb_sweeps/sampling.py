@@ -74,8 +74,8 @@ def sample_plan(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
         Variations; see `axes.read_variations`.
     sample
         `grid`, or `lhs:N` (Latin hypercube), `sobol:N` (Sobol sequence, scrambled) or `saltelli:N` (for the indices of
-        `sensitivity`), which draw N points of the ranges. They are combined with each value of the other axes, so all
-        alternatives have the same samples.
+        `sensitivity`), which draw N points of the ranges. These points are combined with each value of the other axes,
+        so all alternatives have the same samples.
     seed
         Seed of the samples.
 

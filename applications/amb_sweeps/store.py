@@ -3,9 +3,9 @@
     folder/sweep.zarr      opens as xarray.open_zarr(path); rounds of refinement are groups, contact_1, contact_2, ...
     folder/runs            full records of selected points
 
-A single process writes the store. Every chunk is a file with a checksum that is replaced atomically. `outcome` is
-written last and shows which points exist, so a sweep that was killed at any moment can resume. Metadata of the arrays
-are stored twice, in a file per array and in a common file (`.zmetadata`), so damage to either is detected. Only
+A single process writes the store. Every chunk is a file with a checksum, and is replaced atomically. `outcome` is
+written last and shows which points have results, so a sweep that was killed at any moment can resume. Metadata of the
+arrays are stored twice, in a file per array and in a common file (`.zmetadata`), so damage to either is detected. Only
 temporary files of a killed process are removed.
 """
 
@@ -228,8 +228,8 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
 def check_same(request: Mapping[str, Any], stored: Mapping[str, Any], folder: Path) -> None:
     """Raise ValueError if a request differs from the request of the sweep in a folder.
 
-    GUIDs depend on the rest of the request, the code, and files other than the rotor's. They are listed only if
-    nothing else differs.
+    GUIDs depend on the rest of the request, the code, and files other than the rotor's. Differences of GUIDs are listed
+    only if nothing else differs.
     """
     differences = list_differences({**stored, "guids": None}, {**request, "guids": None})
     if not differences and (fmu_differences := list_differences(stored, request)):

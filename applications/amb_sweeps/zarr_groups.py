@@ -1,12 +1,12 @@
 """Groups of Zarr arrays whose chunks have checksums, which detect damage by a disk or a copy.
 
-The checksum is of the compressed bytes, so damaged data are never unpacked. It is Zarr's own codec of format 2; format
-3 has another, but no specified index of all metadata. Zarr reads a missing chunk as an empty one, so empty chunks are
-written too, and a missing chunk is an error.
+The checksum is computed from the compressed bytes, so damaged data are never unpacked. It is the checksum codec of
+Zarr's format 2; format 3 has another codec, but no specified index of all metadata. Zarr reads a missing chunk as an
+empty one, so empty chunks are written too, and a missing chunk is an error.
 
-A store from elsewhere is not trusted: chunks must be files of the store, not links, and have only codecs that this
-package writes. A block of Zstandard of 4 bytes stands for at most 128 KiB, so all arrays together have at most 32768
-times the size of their chunks.
+A store from elsewhere is not trusted: chunks must be files of the store, not links, and use only codecs with which this
+package writes. A Zstandard block of 4 bytes expands to at most 128 KiB, so all arrays together have at most 32768 times
+the size of their chunks.
 """
 
 from __future__ import annotations
@@ -111,9 +111,9 @@ def _check_descriptions(path: Path) -> None:
 
 
 def _check_chunks(folder: Path) -> int:
-    """Return the size of the chunks of an array; raises ValueError if any is missing, a link, or has other codecs.
+    """Return the size of the chunks of an array; raises ValueError if any is missing, is a link, or has other codecs.
 
-    Arrays of 0.2.0, without checksums, may lack chunks.
+    Arrays that version 0.2.0 wrote, without checksums, may lack chunks.
     """
     import zarr
 

@@ -2,8 +2,8 @@
 
     z = exp(s T),   s = ln(z)/T + 2 pi i m/T,   m any whole number                                 (1)
 
-The poles alone do not determine m: a motion of the plant faster than half the sample rate looks slow. The plant's
-state in the eigenvector does. For the plant between samples, (q, v)' = A (q, v), with mass matrix M,
+The poles alone do not determine m: a motion of the plant faster than half the sample rate looks slow. The plant's part
+of the eigenvector determines m. For the plant between samples, (q, v)' = A (q, v), with mass matrix M,
 
     s_e = (v^H M a)/(v^H M v),   a the lower half of A (q, v)                                      (2)
 

@@ -103,7 +103,7 @@ def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
 
 
 def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
-    """Return parts connected by (1), with the parts' outputs, then the sums w at inputs that are not outputs.
+    """Return parts connected by (1); outputs are those of the parts, then the sums w at inputs that are not outputs.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> Lin
 
 
 def _is_solvable(matrix: Array) -> bool:
-    """Return whether a matrix is regular, independent of the units of its signals."""
+    """Return whether a matrix is regular, independently of the units of its signals."""
     if not matrix.size:
         return True
     sizes = np.linalg.svd(matrix_balance(matrix, permute=False)[0], compute_uv=False)

@@ -51,7 +51,7 @@ class LoopPoles:
         The continuous poles (rad/s), z = exp(s T), with the true frequency of motion faster than half the sample rate
         (`amb_analysis.linear.aliasing`); 0 for z = 0.
     shapes
-        Displacements of the bearings for each pole, x and y of each bearing in turn, shape (2 bearings, n).
+        Displacements at the bearings for each pole, x and y of each bearing in turn, shape (2 bearings, n).
     stability
         The pole that determines stability.
     along
@@ -195,7 +195,7 @@ class Loop:
         return logarithms(z, sample_time)
 
     def least_stable(self, speeds: Sequence[float] | Array) -> LoopStability:
-        """Return the stability at the least stable speed from the first to the last of ascending speeds (rad/s).
+        """Return the stability at the least stable speed in the range of some ascending speeds (rad/s).
 
         Between these speeds each maximum of the growth rate is refined.
         """
@@ -209,7 +209,7 @@ class Loop:
         return max(result, key=lambda stability: stability.radius)
 
     def check_stable(self, speeds: Sequence[float] | Array) -> None:
-        """Raise a ValueError if the loop is unstable between the first and the last of ascending speeds (rad/s)."""
+        """Raise a ValueError if the loop is unstable anywhere in the range of some ascending speeds (rad/s)."""
         worst = self.least_stable(speeds)
         if not worst.is_stable:
             at = f"at {worst.speed:.4g} rad/s {worst.motion}, |z| = {worst.radius:.7g}"
@@ -353,7 +353,8 @@ def diagonal_response(system: control.StateSpace, frequencies: Array, modes: Mod
 def disk_margin(S: Complex) -> Array:
     """Return a lower bound of the disk margin alpha for all loops at once, at each frequency.
 
-    Each loop may be multiplied by any complex f in the disk with diameter from (2 - alpha)/(2 + alpha) to its inverse:
+    Each loop may be multiplied by any complex f in the disk whose diameter extends from (2 - alpha)/(2 + alpha) to the
+    inverse of this number:
 
         1/alpha = mu(S - 1/2) <= min_D sigma_max(D (S - 1/2) D^-1),  D diagonal
 

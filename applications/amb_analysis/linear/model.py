@@ -58,7 +58,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
         return html_of(self.text())
 
     def save(self, path: str | Path) -> Path:
-        """Write the matrices A, B, C, D, Ts, names and units as arrays (`.mat`, `.npz`) and return the path.
+        """Write A, B, C, D, the sample time Ts, names and units as arrays (`.mat`, `.npz`) and return the path.
 
         Raises
         ------

@@ -39,7 +39,8 @@ def rotor_component(
     name
         Name of the component.
     layout, constants
-        Those of the model `rotor_contact`; K_b and C_b are its passive bearings and, at this speed, its seals.
+        Those of the model `rotor_contact`; K_b and C_b are the stiffness and damping of its passive bearings and, at
+        this speed, of its seals.
     parameters
         Values by name.
     Omega

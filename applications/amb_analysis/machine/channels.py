@@ -122,7 +122,7 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
 
 
 def node_rows(rotor: Rotor, places: Sequence[Place]) -> list[int]:
-    """Return the rows of places in displacements that alternate between x and y of `harmonic_points`, with z last."""
+    """Return the rows of places among displacements: x and y of each of `harmonic_points`, then z."""
     points = harmonic_points(rotor)
 
     def row(place: Place) -> int:

@@ -8,7 +8,7 @@ output to a continuous component is held:
 
     H_hold = (1 - exp(-j omega T))/(j omega T) exp(-j omega T_late)                               (2)
 
-The images at omega + 2 pi n/T due to sampling are neglected, because the rotor hardly moves there.
+The images at omega + 2 pi n/T due to sampling are neglected, because the rotor hardly responds at these frequencies.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def _response(
     model: HarmonicModel,
     magnets: _Magnets | None,
 ) -> Complex:
-    """Return (1) at some frequencies (rad/s); it needs memory for all displacements of the rotor at each frequency."""
+    """Return (1) at some frequencies (rad/s); this needs memory for all displacements at each frequency."""
     rotor = structure.rotor
     points = len(model.right)
     loads = np.zeros((len(omegas), points, len(inputs)), dtype=np.complex128)

@@ -90,7 +90,7 @@ class Machine:
 
     @cached_property
     def run_components(self) -> LinearSource:
-        """Source of the linear models of its runs, whose rotor is reduced as in its file."""
+        """Source of the linear models of its runs, with the rotor reduced as its file specifies."""
         return self._source or source_of_run(self.prepared)
 
     @cached_property

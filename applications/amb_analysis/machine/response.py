@@ -55,7 +55,7 @@ def refined_response(
     nodes: Sequence[int],
     others: tuple[Bearing, ...] = (),
 ) -> tuple[Array, Complex]:
-    """Return speeds (rad/s), denser near critical speeds and maxima, and the `synchronous_response` at these.
+    """Return speeds (rad/s), denser near critical speeds and maxima, and the `synchronous_response` at them.
 
     Parameters
     ----------

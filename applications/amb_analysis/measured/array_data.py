@@ -119,7 +119,7 @@ def _factor(content: dict[str, Any], target: str, name: str, keys: Sequence[str]
 
 
 def _refuse_unused_units(content: dict[str, Any], used: Sequence[str]) -> None:
-    """Raise ValueError for a text that states a unit but is not used; the numbers would be read in the wrong unit."""
+    """Raise ValueError for an unused text that states a unit, because numbers could be read in the wrong unit."""
     for key, value in content.items():
         is_unit = key.endswith(("unit", "units")) and value.dtype.kind == "U"
         if is_unit and key not in used:

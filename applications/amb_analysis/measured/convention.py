@@ -4,8 +4,8 @@ With the computed H_c and the measured H_m at n frequencies,
 
     z = 1/n sum H_c/H_m |H_m/H_c|                                                                  (1)
 
-has the angle 0 if both agree, and 180 degrees if the force or the sensor points in the opposite direction. FRAC, MAC
-and the levels do not show this, and no parameter of a rotor can compensate for it. An angle of 90 degrees indicates
+has the angle 0 if H_m and H_c agree, and 180 degrees if the force or the sensor points in the opposite direction. FRAC,
+MAC and the levels do not show this, and no parameter of a rotor can compensate for it. An angle of 90 degrees indicates
 that a velocity is read as a displacement or an acceleration.
 
 Data in the convention exp(-j omega t) have conjugate values. Their poles grow (`modal_fit.is_conjugate`), and with the

@@ -3,8 +3,8 @@
     FRAC = |sum H_m^* H_c|^2 / (sum |H_m|^2 sum |H_c|^2)      over frequency                         (1)
     MAC  = |phi_m^H phi_c|^2 / (phi_m^H phi_m phi_c^H phi_c)  over responses                         (2)
 
-1 means equal up to a complex factor. R. J. Allemang, The modal assurance criterion: twenty years of use and abuse,
-Sound and Vibration 37 (2003) 14-21.
+A value of 1 means that the two are equal up to a complex factor. R. J. Allemang, The modal assurance criterion: twenty
+years of use and abuse, Sound and Vibration 37 (2003) 14-21.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def assurance(a: Complex, b: Complex) -> float:
 
 
 def mode_deviations(measured: Sequence[FittedMode], computed: Sequence[FittedMode]) -> tuple[ModeDeviation, ...]:
-    """Return each measured mode with the computed mode that is nearest in frequency and shape; each is used once.
+    """Return each measured mode with the computed mode that is nearest in frequency and shape; none is used twice.
 
     Shapes are compared if both modes have at least two responses.
     """

@@ -46,7 +46,8 @@ def read_measured(
     Raises
     ------
     ValueError
-        If the file cannot be read, or a name or number in it is not allowed; the message begins with the file.
+        If the file cannot be read, or a name or number in it is not allowed; the message begins with the name of the
+        file.
     """
     path = Path(path)
     try:

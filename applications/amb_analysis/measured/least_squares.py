@@ -168,7 +168,7 @@ def leverages(residuals: Residuals, free: Sequence[FreeParameter], best: Array) 
 
 
 def _scaled(residuals: Residuals, free: Sequence[FreeParameter]) -> tuple[Residuals, Residuals, Array, Array]:
-    """Return the residuals and the Jacobian over parameters scaled to 0 to 1, and their lowest values and ranges."""
+    """Return residuals, the Jacobian over parameters scaled to 0 to 1, and the parameters' lowest values and ranges."""
     low, span = (np.array(v) for v in ([p.lowest for p in free], [p.highest - p.lowest for p in free]))
 
     def scaled(u: Array) -> Array:

@@ -1,15 +1,17 @@
 """Parameters of a model from measured frequency responses, whose scatter is estimated from the data.
 
-The fit begins with logarithms, ln(H/H_m), which find the resonances even from a distant start. However, they are biased
-near a noise floor. The fit therefore ends with differences over their own standard deviation,
+The fit begins with the residuals ln(H/H_m), with which it finds the resonances even from a distant start. However,
+these residuals are biased near a noise floor. The fit therefore ends with differences over their own standard
+deviation,
 
     r_k = (H_k - H_mk)/sqrt(v_k/2), real and imaginary                                               (1)
     v_k = a + b |H_k|^2 + c |H_k|^2 (1 - gamma_k^2)/gamma_k^2                                        (2)
 
 a is a noise floor, b is a scatter in proportion to the response, and c is the scatter of an estimate with the coherence
 gamma^2. Each response has its own a, b, c >= 0, which maximise the likelihood if e_k = |H_k - H_mk|^2/v_k is
-distributed exponentially. Each of them is multiplied by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), where x is its factor in
-(2), until it settles. H of (2) is the model of the previous step, because a measured |H| would favour small values.
+distributed exponentially. Each coefficient is multiplied by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), where x is its
+factor in (2), until it converges. H of (2) is the model of the previous step, because a measured |H| would favour small
+values.
 
 Residuals r of neighbouring lines should be independent. If they have correlations rho_l at a distance of l lines, the
 covariance of the parameters grows by the factor
@@ -17,7 +19,7 @@ covariance of the parameters grows by the factor
     1 + 2 sum rho_l,   l = 1, 2, ... while rho_l > 3/sqrt(n)                                         (3)
 
 If the model lacks something, such as a soft suspension, a few lines may deviate strongly. They shift parameters, but
-hardly change (3). With both parts of r as a complex number z, the sum over L neighbouring lines of noise
+hardly change (3). With both parts of r combined into a complex number z, the sum over L neighbouring lines of noise
 
     |sum z_k|^2/(2 L)                                                                                (4)
 
@@ -145,8 +147,8 @@ def _equivalent(terms: Sequence[Array], shares: Sequence[Array]) -> float:
     """Return the number of residuals that set the scatter of the lines on which the parameters depend.
 
     A term of (2) is known from the lines at which it is large. Their number is about 2 (sum s)^2/sum s^2, where s is
-    its fraction of v. The relative errors of terms add up, weighted by their parts in the fit (F. E. Satterthwaite,
-    Biometrics 2 (1946) 110).
+    its fraction of v. The relative errors of the terms add up, weighted by the contributions of the terms to the fit
+    (F. E. Satterthwaite, Biometrics 2 (1946) 110).
     """
     whole, error = max(sum(float(h.sum()) for h in shares), 1e-300), 0.0
     for item, h in zip(terms, shares, strict=True):

@@ -7,9 +7,9 @@ them, or else by those of the first set 164 in the file,
 
     SI = value/(length^a force^b)                                                                  (1)
 
-with the exponents a and b of the type of data, such as 1 and 0 for a displacement. If there is no set 164, they are in
-SI units. A label that contradicts the type of data or set 164 is refused, because either may be wrong by a factor of
-1000 or more.
+with the exponents a and b of the type of data, such as 1 and 0 for a displacement. If there is no set 164, the numbers
+are taken to be in SI units. A label that contradicts the type of data or set 164 is refused, because either may be
+wrong by a factor of 1000 or more.
 
 Damping ratios of sets 55 are viscous, zeta, or half of a hysteretic loss factor, zeta = eta/2, which gives a resonance
 of the same height. Definitions of the sets: Structural Dynamics Research Laboratory, University of Cincinnati.

@@ -52,7 +52,7 @@ def factor_to(target: str, unit: str, name: str) -> float:
     Raises
     ------
     ValueError
-        If it is missing or is a unit of another quantity.
+        If the unit is missing or is a unit of another quantity.
     """
     _require_unit(unit, name, target)
     return to_unit(f"1 {unit}", target, name)
@@ -64,7 +64,8 @@ def si_unit(unit: str, name: str) -> tuple[float, str]:
     Raises
     ------
     ValueError
-        If it is missing or is not a unit of displacement, velocity, acceleration, force, current, voltage or speed.
+        If the unit is missing or is not a unit of displacement, velocity, acceleration, force, current, voltage or
+        speed.
     """
     _require_unit(unit, name, "m/s2")
     text = unit.strip()
@@ -95,7 +96,7 @@ def even_step(times: Array) -> float:
     Raises
     ------
     ValueError
-        If they are not evenly spaced, or not finite.
+        If the times are not evenly spaced, or not finite.
     """
     if len(times) < 2 or not np.isfinite(times).all():
         raise ValueError(f"its {len(times)} times are not allowed; there must be two or more finite numbers")

@@ -66,7 +66,7 @@ def _joined_ends(ended: list[list[int]], states: StatesOfSet) -> list[list[int]]
 
 
 def _joined_starts(ends_joined: list[list[int]], states: StatesOfSet) -> list[list[int]]:
-    """Join branches whose ends are neighbours at the speed at which both begin."""
+    """Join branches whose first states are neighbours at the speed at which both branches begin."""
     result = list(ends_joined)
     merged = True
     while merged:

@@ -1,4 +1,4 @@
-"""Forward whirl in contact at a natural frequency near the spin speed, which lasts long if damping is small.
+"""Forward whirl in contact that lasts long if damping is small, at a natural frequency near the spin speed.
 
 Without unbalance, and with journals side by side or opposite each other, p_j = 1 or -1, the contact forces are
 
@@ -113,7 +113,7 @@ class _Search:
         return np.stack(result, axis=1)
 
     def about_changes_of_sign(self, grid: Array) -> Array:
-        """Return frequencies, with more of them near changes of sign of a force, where narrow whirls begin."""
+        """Return frequencies, more densely where a force changes sign, because whirls of a narrow range begin there."""
         about = [grid]
         for number in range(len(self.sets)):
             forces = self.forces(number, grid)

@@ -1,8 +1,8 @@
 """Whirl of a rotor that rests on a face and has no other support: how fast friction makes it grow.
 
 The forces of a whole ring that spins fast against its seat are linear in the tilt u of the shaft there and in the
-velocity v of the face, both complex in x + i y. With k_t = k R^2/2, d_t = d R^2/2, n = 1 if the seat pushes the rotor
-to larger z, else -1, and the slip omega of the ring
+velocity v of the face, both written as complex numbers x + i y. With k_t = k R^2/2, d_t = d R^2/2, n = 1 if the seat
+pushes the rotor to larger z, else -1, and the slip omega of the ring
 
     moment  -k_t u - d_t u' - n N h u,    force  -i n mu sgn(omega) (k_t u + d_t u')/R - mu N v/(2 |omega| R)     (1)
 
@@ -118,7 +118,7 @@ class StandingRotor:
 def standing_rotor(source: LinearSource, face: int, Omega: float, load: float) -> StandingRotor:
     """Return a rotor that rests on the face with this number at a spin speed (rad/s), under a load (N).
 
-    Its seat is at rest, and its mounts are rigid. The speed must not be 0.
+    The seat of the face is at rest, and the mounts are rigid. The speed must not be 0.
     """
     at_speed = source.at(Omega)
     (plant,), p, layout = at_speed.parts([PLANT]), source.parameters(PLANT), source.layout(PLANT)

@@ -5,7 +5,7 @@ xy], [yx, yy]] of a pair
 
     forward  = ((xx + yy) + i (yx - xy))/2,      mixing  = ((xx - yy) + i (yx + xy))/2                (1)
 
-The first acts on z, and the second acts on its conjugate. The second vanishes in an isotropic loop and is neglected in
+`forward` acts on z, and `mixing` acts on its conjugate. `mixing` vanishes in an isotropic loop and is neglected in
 others.
 
     forces at sites F, unbalance ---> rotor, magnets, amplifiers ---> q at sites, readings y

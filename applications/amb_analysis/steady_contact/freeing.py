@@ -5,7 +5,7 @@ exists only if |r| is at least b (from the discriminant of the quadratic in `syn
 
     b = c |sin arg rho| if Re rho < 0,   b = c otherwise                                              (1)
 
-so |r_k + S_k I| <= s b_k at all sites, with s = 1, excludes these. States of several sites are computed, and s is
+so |r_k + S_k I| <= s b_k at all sites, with s = 1, excludes such states. States of several sites are computed, and s is
 lowered until none exists; then only the contact-free orbit remains. Of all such currents, those with the smallest
 maximum are the solution of a convex problem:
 
@@ -13,9 +13,9 @@ maximum are the solution of a convex problem:
 
 (2) excludes more than necessary: a state of one site does not exist, either, where it would penetrate another site, and
 the orbits need not shrink by the same factor. The currents that leave no state in contact do not form a convex set. The
-solution of (2) is one of them. From there, all directions I/t in which such currents may be smaller are searched, first
-everywhere and then ever more closely around the best one. The result leaves no state in contact, and is the smallest
-that the search finds.
+solution of (2) belongs to this set. From there, all directions I/t in which such currents may be smaller are searched,
+first everywhere and then ever more closely around the best one. The result leaves no state in contact, and is the
+smallest that the search finds.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Freeing:
 def smallest_freeing(rotor: RubbingRotor, Omega: float) -> Freeing | None:
     """Return the smallest injected currents that free a rotor at a speed (rad/s); None if there are none.
 
-    They are zero if the rotor has no state in contact and a stable contact-free orbit.
+    They are zero if the rotor has a stable contact-free orbit and no state in contact.
     """
     n = len(rotor.loop(Omega).currents)
     if _is_free(rotor, Omega, np.zeros(n, dtype=complex)):
@@ -178,7 +178,8 @@ def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
 def _are_free(rotor: RubbingRotor, Omega: float, added: Complex) -> Bools:
     """Return for each of some injected currents, shape (n, bearings), whether the contact-free orbit is the only state.
 
-    Sets of more sites come last, and only for the remaining currents, because their states take longer to compute.
+    Sets of more sites are tried last, and only with the remaining currents, because their states take longer to
+    compute.
     """
     at, mu, c = rotor.receptances(Omega), rotor.mu(Omega), rotor.c
     r = at.P @ rotor.unbalance * Omega**2 + added @ at.S.T

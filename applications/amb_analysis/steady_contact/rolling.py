@@ -9,7 +9,7 @@ another site s stays within a distance:
     |N_j (1 + i t_j) - a_j| = b_j,    a_j = -c_j E_jj,    b_j = c_k |E_jk|                           (2)
     max |t_j| = max |tan(arg a_j +- arcsin(b_j/|a_j|))|,    max |q_s| = sum_k |(R_s E)_k| c_k        (3)
 
-The equations do not decide whether a rotor reaches this state: friction accelerates a backward whirl that is faster
+The equations do not determine whether a rotor reaches this state: friction accelerates a backward whirl that is faster
 than the unstable whirls of `whirl`.
 """
 
@@ -42,7 +42,8 @@ class Rolling:
     friction
         Smallest friction coefficient that prevents slip at all sites and angles.
     possible, accurate
-        Whether all these sites have this friction, and whether the reduced rotor is accurate at this frequency.
+        Whether all these sites have at least this friction, and whether the reduced rotor is accurate at this
+        frequency.
     """
 
     contact: tuple[str, ...]

@@ -108,7 +108,7 @@ class Dynamics:
         return self._sorted(values, basis @ vectors[: basis.shape[1]])
 
     def growth(self, contact: tuple[int, ...], N: Array, psi: Array) -> float:
-        """Return the largest growth rate (1/s) about a state in half the time of `about`, with the same arguments."""
+        """Return the largest growth rate (1/s) about a state; arguments as for `about`, which takes twice as long."""
         return self._growth(self._transition(contact, N, psi))
 
     def grows_below(self, limit: float, contact: tuple[int, ...], N: Array, psi: Array) -> bool:

@@ -11,16 +11,16 @@ where N and L are the normal force and the retarding force of a whirl at omega =
 receptances of `unpowered`, and c is the mean clearance. k = -N(0)/c is the stiffness of seals, which the fall deflects
 by h c. M is evaluated at sqrt(g/c). The journals whirl if u and N + W cos theta are positive up to the top, theta = pi.
 Two journals are assumed to swing side by side, as they fall. If they were on opposite sides, gyroscopic moments would
-make N large, but neither their speed nor their weight would result from a fall. Races are assumed at rest; a turning
-race reduces friction.
+make N large, but a fall would give them neither this speed nor this effect of weight. Races are assumed at rest; a
+turning race reduces friction.
 
-A rigid rotor in rigid retainers, N = m c u and L = 0, has a closed form: N + W cos theta at the top is W (2 (h (1 +
-4 mu^2) - 1 + 2 mu^2) exp(2 pi mu) - 3)/(1 + 4 mu^2), so that it whirls from the centre with
+A rigid rotor in rigid retainers, N = m c u and L = 0, has a closed form: N + W cos theta at the top is W (2 (h (1 + 4
+mu^2) - 1 + 2 mu^2) exp(2 pi mu) - 3)/(1 + 4 mu^2), so that it whirls after a fall from the centre if
 
     12 mu^2 exp(2 pi mu) > 3,    mu > 0.2373                                                            (3)
 
-for any mass, clearance and speed. Bounces and bending scatter landings: in simulations, some rotors whirl by chance
-with less friction, but none with less than half of it.
+for any mass, clearance and speed. Bounces and bending make the outcomes of landings scatter: in simulations, some
+rotors whirl by chance with less friction than (1) requires, but none with less than half of it.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class WhirlForces:
 def whirl_forces(
     relative: Callable[[float], Complex], at: Sequence[int], c: Array, g: float, *, held: bool = False
 ) -> WhirlForces:
-    """Return the forces (2) of journals that whirl together, at frequencies around sqrt(g/c), that of a pendulum.
+    """Return the forces (2) of journals that whirl together, at frequencies around that of a pendulum, sqrt(g/c).
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ receptance of its readings to injected currents. With y = Y_F F + Y_u u Omega^2 
 
     I = H (Y_F F + Y_u u Omega^2)                                                                     (1)
 
-This control therefore only changes the rotor's receptances, and the states are computed in the same way. About a state
+This control therefore changes only the rotor's receptances, and the states are computed in the same way. About a state
 in contact the readings respond by dy = J dI, with the real Jacobian J under the constraints. The state is stable if all
 eigenvalues of H J have negative real parts. H comes from the linear model, with unit weights. Limits of the force are
 not modelled, so compare the currents with these limits.

@@ -171,7 +171,8 @@ def least_trapping_over(
     """Return the smallest factor that traps at any speed (rad/s), and the speed at which it does; None if none traps.
 
     The minimum is refined between the two speeds beside the lowest point of the curve. If nothing traps at one of these
-    speeds, the curve ends before it, often at its minimum. This end is enclosed to within `ACCURACY` of the distance.
+    speeds, the curve ends before it, often at its minimum. This end is enclosed to within `ACCURACY` of the distance
+    between the two speeds.
 
     Parameters
     ----------

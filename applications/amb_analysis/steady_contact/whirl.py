@@ -5,7 +5,7 @@ Without unbalance, a journal on its circle, q = c exp(i (omega t + psi)), needs 
     c_j p_j + sum_k R_jk(omega) (1 + i mu_k) N_k p_k = 0,   N_j > 0,   |q| < c elsewhere              (1)
 
 For a single site, N = -c/(R (1 + i mu)) must be real and positive (H. F. Black, J. Mechanical Engineering Science 10
-(1968) 1-12). For two sites, the angle between them has two solutions, and the frequency is solved for each of them.
+(1968) 1-12). For two sites, the angle between them has two solutions, and the frequency is found for each solution.
 Friction acts against the spin while the journal slips, Omega R_s + omega c > 0; a faster backward whirl rolls.
 """
 

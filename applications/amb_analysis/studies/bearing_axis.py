@@ -247,8 +247,8 @@ def _axis_of(
 ) -> tuple[LoopAxis, dict[str, float], float, tuple[str, ...]]:
     """Return an axis, its parameters (from a scenario if there is one), the reach of the rotor there (m), and warnings.
 
-    The reach is the clearance of its retainer, or of a face along the shaft. If there is neither, it is the air gap,
-    within which the force law holds.
+    The reach is the clearance of the axis's retainer or, along the shaft, of a face. If there is neither, it is the air
+    gap, within which the force law holds.
     """
     if scenario is None and settings:
         raise ValueError(f"{next(iter(settings))} is set without a scenario; name the scenario that it belongs to")

@@ -46,7 +46,7 @@ class ModeOverSpeed:
 class CriticalSpeedRow:
     """A spin speed (rad/s) that equals the damped frequency of a mode, with the number of the mode, counted from 1.
 
-    `extrapolated` says whether a table of coefficients does not cover this speed.
+    `extrapolated` is true if a table of coefficients does not cover this speed.
     """
 
     speed: Annotated[float, "rad/s"]

@@ -60,14 +60,14 @@ def is_extrapolated(limits: Limits, Omega: float) -> bool:
 
 
 def covered_speeds(limits: Limits) -> tuple[float, float]:
-    """Return the lowest and the highest speed (rad/s) that all tables cover; the second may be lower than the first."""
+    """Return the first and last speed (rad/s) that all tables cover; the last is lower if tables do not overlap."""
     lowest = max((group.lowest for group in limits if group.lowest is not None), default=-math.inf)
     highest = min((group.highest for group in limits if group.highest is not None), default=math.inf)
     return lowest, highest
 
 
 def limit_notes(limits: Limits, speeds: Iterable[float] | Array) -> list[str]:
-    """Return sentences about the tables that do not cover some speeds (rad/s), and the frozen coefficients."""
+    """Return sentences about the tables that do not cover some speeds (rad/s), and about frozen coefficients."""
     unit, speeds = speed_unit(), [float(Omega) for Omega in speeds]
     notes = []
     for group in limits:

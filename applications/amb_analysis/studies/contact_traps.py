@@ -199,7 +199,7 @@ class Traps(MachineResult):
         ]
 
     def _reach(self) -> str:
-        """Return the smallest unbalances that touch and trap at any speed of the map, or the largest if none traps."""
+        """Describe the smallest unbalances that touch and trap at any speed, or the map's largest if none traps."""
         unit = speed_unit()
         highest, largest, (touching, at) = self.speeds[-1], self.unbalances[-1], self.touching
         least = f"contact needs at least {_grams(touching)} (at {unit.text(at)})"

@@ -162,8 +162,8 @@ def connections(
 def gains_at_rest(law: Law, sample_time: float) -> Array:
     """Return the static gains of a sampled law, infinite where it integrates, shape (n_demands, n_signals).
 
-    This is the limit for vanishing frequency: a gain that rises as 1/omega is infinite, and one that falls as omega is
-    zero.
+    This is the limit for vanishing frequency: infinite for a gain proportional to 1/omega, and zero for a gain
+    proportional to omega.
     """
     slow = AT_REST * np.pi / sample_time
     gain, slower = np.abs(response(law, np.array([slow, 0.1 * slow]), sample_time))

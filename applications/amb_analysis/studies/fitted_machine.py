@@ -45,7 +45,7 @@ class FittedMachine:
         The rotor file, and the content of a scenario file for the machine: its base, and what replaces its rotor or
         FMUs.
     settings, flavour
-        Values of the scenario that are replaced, and flavour of the FMUs.
+        Values that replace those of the scenario, and flavour of the FMUs.
     places
         Places that have a node.
     """
@@ -156,7 +156,7 @@ class FittedMachine:
         return files
 
     def _scenario_data(self, values: Array | Sequence[float], has_rotor: bool) -> dict[str, Any]:
-        """Return the content of a scenario whose plan has these values, and otherwise those that the fit used."""
+        """Return the content of a scenario whose plan has these values, and otherwise the values that the fit used."""
         assert self.loop_parameters is not None
         prepared = self.loop_parameters.machine.prepared
         system, data = prepared.assembly.system, {**self.stated, **({"rotor": ROTOR_FILE} if has_rotor else {})}

@@ -292,8 +292,8 @@ def measured_content(
     Raises
     ------
     ValueError
-        If the file cannot be read, if none of its responses is chosen, or if one is 0 somewhere, because levels are
-        logarithms.
+        If the file cannot be read, if none of its responses is chosen, or if a response is 0 at some frequency, because
+        levels are logarithms.
     """
     estimator, segment, window = estimation
     in_file = {place: name for name, place in (channels or {}).items()}

@@ -285,7 +285,7 @@ def measure(plan: ScenarioPlan, waiting: int) -> MeasuredSensitivity:
 
 
 def share_of_new(late: float, steps: int) -> dict[int, float]:
-    """Return the steps of a sample in which a late demand changes, each with the new demand's part in its mean.
+    """Return the steps of a sample in which a late demand changes, and the new demand's weight in the mean of each.
 
     Parameters
     ----------

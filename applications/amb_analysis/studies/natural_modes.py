@@ -42,7 +42,7 @@ class ModesAtSpeed:
     real_eigenvalues
         Eigenvalues (1/s) of the motions that do not oscillate.
     extrapolated
-        Whether a table of coefficients does not cover this speed.
+        Whether this speed is outside a table of coefficients.
     """
 
     frequencies: Annotated[tuple[float, ...], "rad/s"]

@@ -40,7 +40,8 @@ def simulate_in_processes(
     Raises
     ------
     ValueError
-        If processes end while they start. Each imports the user's script, which must be a file with a main guard.
+        If processes end while they start. Each process imports the user's script, which must be a file with a main
+        guard.
     """
     end_if_imported_anew()
     check_script()

@@ -106,7 +106,7 @@ def identify(
 ) -> Identification:
     """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.
 
-    They describe the loop with all its controllers, including a linear one below the synchronous control.
+    They describe the loop with all its controllers, including a linear controller below the synchronous control.
 
     Ctrl-C ends the study; the result then contains the finished speeds.
 

@@ -62,7 +62,7 @@ class IdentifiedReceptance:
     reason
         Reason for a failure; otherwise empty.
     interrupted
-        Whether Ctrl-C interrupted it.
+        Whether Ctrl-C interrupted the identification.
     """
 
     speed: Annotated[float, "rad/s"]
@@ -135,7 +135,7 @@ def prepare_identification(
 
 
 def table_for(machine: Machine, path: Path | None) -> ReceptanceTable:
-    """Return the table in a file or, if it does not exist, an empty table for the rotor and loop of a machine.
+    """Return the table in a file or, if there is no such file, an empty table for the rotor and loop of a machine.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
 
 
 def ratios(receptance: Complex, model: Complex) -> Complex:
-    """Return the ratio of R to a model's R, for elements of at least a tenth of the largest in the model's column."""
+    """Return the ratio of R to a model's R where the model's element is at least a tenth of its column's largest."""
     size = np.abs(model)
     large = size > LARGE * size.max(axis=0)
     return np.asarray(receptance[large] / model[large], dtype=np.complex128)

@@ -151,7 +151,7 @@ class RotorLayout(WarnedResult, DrawnResult):
         return [table, meaning, *self._advice_on_spin(error)]
 
     def _advice_on_spin(self, error: ReceptanceError) -> Iterator[str]:
-        """Yield lines on the speed from which a plant accurate at rest is inaccurate, and on the highest speed."""
+        """Yield lines on the speed from which a plant that is accurate at rest is not, and on the highest speed."""
         unit, highest = speed_unit(), None if self.whirl is None else self.whirl.speed
         accurate = error.error <= error.accuracy  # at rest
         reached = accurate if highest is None else accurate & (error.frequencies <= highest)

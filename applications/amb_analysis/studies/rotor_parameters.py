@@ -33,7 +33,7 @@ COARSE = {"modes": 1, "accuracy": 0.99}  # no element is divided: the nodes of t
 
 @dataclass(frozen=True)
 class RotorParameters:
-    """A rotor file, and the names of those of its numbers that may change.
+    """A rotor file, and the names of the numbers in it that may change.
 
     data
         Content of the file.

@@ -287,8 +287,8 @@ def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) ->
     """Return amplitude (m), frequency (Hz) and window of the largest vibration away from 0 Hz and the speeds (Hz).
 
     Maxima over the lines are refined between the lines; a vibration halfway between two lines has 85 % of its amplitude
-    at both. A vibration within `NEAR` lines of 0 Hz or of the speed cannot be distinguished from these, nor can the
-    rest of its lobe.
+    at both. A vibration within `NEAR` lines of 0 Hz or of the speed cannot be distinguished from the motion at these
+    frequencies, nor can the rest of its lobe.
     """
     spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
 

@@ -18,7 +18,7 @@ ANGLES = np.linspace(-1.45, 1.45, 73)  # of the points about a sharp resonance (
 def curve_frequencies(
     poles: Array | Complex, sample_time: float, lowest: float = LOWEST, highest: float = HIGHEST
 ) -> Array:
-    """Return the frequencies (Hz) of the computed curve, even on a logarithmic axis and denser near the poles.
+    """Return the frequencies (Hz) of the computed curve, evenly spaced on a logarithmic axis and denser near the poles.
 
     About a pole s = -sigma + i omega the response moves on a circle; frequencies omega + sigma tan(psi) divide it
     evenly.

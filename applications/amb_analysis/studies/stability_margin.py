@@ -116,7 +116,7 @@ class DiskMargin:
     least, frequency
         Smallest alpha (1) from 0 Hz to half the sample rate, and its frequency (Hz).
     gain, phase
-        Factor by which each gain may be multiplied or divided (1), and phase by which each loop may be turned (deg).
+        Factor by which each gain may be multiplied or divided (1), and phase by which each loop may be shifted (deg).
     """
 
     alpha: Array
@@ -208,7 +208,7 @@ def zone(peak: float) -> str:
 
 
 def _check_agreement(axes: Sequence[str], frequencies: Array, computed: Complex, measured: Complex) -> None:
-    """Raise a ValueError if measured and computed S differ by more than `CONTRADICTION`: one is wrong."""
+    """Raise a ValueError if measured and computed S differ by more than `CONTRADICTION`, because one is wrong."""
     difference = np.abs(measured / computed - 1.0)
     k, line = divmod(int(difference.argmax()), difference.shape[1])
     if difference[k, line] > CONTRADICTION:

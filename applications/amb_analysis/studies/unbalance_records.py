@@ -81,7 +81,7 @@ class CriticalResponse:
     margin
         Distance from the operating speed (%), at least 0; None for a rotor alone.
     extrapolated
-        Whether a table of coefficients does not cover the speed.
+        Whether the speed is outside a table of coefficients.
     """
 
     place: str
@@ -92,7 +92,7 @@ class CriticalResponse:
     extrapolated: bool = False
 
     def required_margin(self, operating: float) -> float | None:
-        """Return the margin (%) that API 617 requires to an operating speed (rad/s); None if the peak is damped.
+        """Return the margin (%) that API 617 requires from an operating speed (rad/s); None if the peak is damped.
 
         min(16, 17 (1 - 1/(AF - 1.5))) for a peak below the speed,  min(26, 10 + 17 (1 - 1/(AF - 1.5))) above it
         """
@@ -196,7 +196,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
         ]
 
     def _answer(self, length: ShownUnit) -> str:
-        """Return the number of critical speeds, the largest amplitude, and the place nearest to its clearance."""
+        """Return the number of critical speeds, the largest amplitude, and the place nearest to contact."""
         unit, n = speed_unit(), len(self.critical_speeds)
         count = f"{n} critical speed{'s' * (n != 1)}" if n else "no critical speed"
         within = f"{count} up to {unit.text(self.speeds[-1])}"

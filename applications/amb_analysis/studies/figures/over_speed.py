@@ -139,7 +139,7 @@ def _direction(whirl: str) -> str:
 
 
 def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) -> None:
-    """Write coloured labels to the left or right of points, away from curves; of many, only every nth is written.
+    """Write coloured labels to the left or right of points, away from curves; if there are many, only every nth.
 
     A label is as near to its point as other labels and the curves of the axes allow.
     """
