@@ -106,7 +106,7 @@ def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluste
     ClusterFailed
         If the processes end while they start.
     ValueError
-        If they cannot import the script that Python runs.
+        If the processes cannot import the script that Python runs.
     """
     from distributed import LocalCluster
 

@@ -11,7 +11,7 @@ from amb_cosim.cosim.processes.descendants import continue_without_parent
 def dask_setup(_: object) -> None:
     """Ignore Ctrl-C, which a terminal sends to all processes; the parent process handles it.
 
-    A worker ends with its parent. Even a stopped worker is continued, and then ended by Dask.
+    A worker ends with its parent. Even a stopped worker is resumed, and Dask then ends it.
     """
     continue_without_parent()
     if threading.current_thread() is threading.main_thread():

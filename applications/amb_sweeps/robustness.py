@@ -216,5 +216,5 @@ def _row(case: Variation, point: PointResult) -> RobustnessRow:
 
 
 def _at_places(values: Mapping[str, float], prefix: str) -> dict[str, float]:
-    """Return the values whose names have a prefix, by the place that follows it."""
+    """Return the values whose names have a prefix, by the place that follows the prefix."""
     return {name.removeprefix(prefix): value for name, value in values.items() if name.startswith(prefix)}

@@ -22,7 +22,7 @@ def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "peak_con
     Raises
     ------
     ValueError
-        If it is not a Saltelli sample, there is no such metric, or a run has no value of the metric.
+        If the sweep is not a Saltelli sample, there is no such metric, or a run has no value of the metric.
     """
     import xarray as xr
     from SALib.analyze import sobol

@@ -217,7 +217,7 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
     Raises
     ------
     ValueError
-        If there are none, or the store is damaged.
+        If there are no results, or the store is damaged.
     """
     path = Path(folder) / STORE
     if not (path / group / ".zattrs").is_file():

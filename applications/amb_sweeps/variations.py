@@ -58,7 +58,7 @@ def variations(
     change
         Fraction by which each quantity is changed, such as 0.01.
     identified
-        Identifies H and returns its table; called only if the controller uses one.
+        Function that identifies H and returns its table; called only if the controller uses such a table.
     """
     made, left_out = [], {}
     if reason := _without_h(plan):

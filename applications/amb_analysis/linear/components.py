@@ -70,7 +70,7 @@ class StateSpace(Protocol):
 
 
 def without_idle_states(law: Law) -> Law:
-    """Return a law without the states that no input moves or no output sees according to its zero elements.
+    """Return a law without the states that the zeros of its matrices separate from all inputs or all outputs.
 
     If only some inputs and outputs of a law were selected, this removes the states of unrelated loops without
     approximation.

@@ -46,8 +46,8 @@ def foreign_component(
 ) -> LinearComponent:
     """Return the model of an FMU about its start values, at the end of each communication step.
 
-    The model comes from the FMU's directional derivatives if it provides them for all its states and they predict the
-    responses to pulses. Otherwise it is realised from these responses.
+    The model comes from the directional derivatives of the FMU, if the FMU provides them for all its states and they
+    predict the responses to pulses. Otherwise it is realised from these responses.
 
     Parameters
     ----------

@@ -222,7 +222,7 @@ class Loop:
         Raises
         ------
         ValueError
-            If its demand depends on other displacements, or on the speed.
+            If the demand of this axis depends on other displacements, or on the speed.
         """
         along = [k for k, (_, axis) in enumerate(self.axes) if axis == "z"]
         if not along:

@@ -125,8 +125,8 @@ def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
 def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
     """Return the control force that remains beyond static loads of the axis at its centre, with saturation.
 
-    Each load sets its static current (`static_current_for`). The force is evaluated at the largest and at the smallest
-    control current. Two axes at 45 degrees each carry 1/sqrt(2) of a vertical load.
+    Each load determines the static current (`static_current_for`). The force is evaluated at the largest and at the
+    smallest control current. Two axes at 45 degrees each carry 1/sqrt(2) of a vertical load.
 
     Parameters
     ----------

@@ -148,8 +148,8 @@ def resonant_frequencies(
 ) -> list[tuple[float, float]]:
     """Return the resonances (Hz) between the first and the last frequency, and their half widths (Hz).
 
-    Arguments as for `frequency_response`, with ascending frequencies. Each interval between them may contain only one
-    resonance of a mode.
+    Arguments as for `frequency_response`, with ascending frequencies. Each interval between the frequencies may contain
+    only one resonance of a mode.
     """
     magnets = _magnets(structure, inputs, outputs)
     model = structure.model(_loaded(structure, inputs, magnets), 2.0 * np.pi * float(frequencies[-1]))
@@ -177,8 +177,8 @@ class _Magnets:
     """Magnets of a machine: rows of their forces in x and y of all nodes, and axes of the demanded currents.
 
     `at` returns, at frequencies (rad/s), the rows of the displacements that are read, and [F F_i; T T_i] of (1), shape
-    (n, rows + axes, displacements + injected), with demands at their samples; the demands appear `late` (s) after
-    these.
+    (n, rows + axes, displacements + injected), with demands at their samples; the demands appear `late` (s) after their
+    samples.
     """
 
     rows: list[int]

@@ -33,7 +33,7 @@ def read_array_data(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
     Raises
     ------
     ValueError
-        If it cannot be read, if an array is missing, or if an array has a shape or a unit that is not allowed.
+        If the file cannot be read, if an array is missing, or if an array has a shape or a unit that is not allowed.
     """
     content = read_content(path)
     if "response" in content:

@@ -93,7 +93,7 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
     Raises
     ------
     ValueError
-        If they have different frequencies.
+        If the responses have different frequencies.
     """
     frequencies, H, power, peaks = _peaks(responses)
     coherences = _coherences(responses, peaks)

@@ -1,8 +1,8 @@
 """Parameters of a model from measured frequency responses, whose scatter is estimated from the data.
 
 The fit begins with the residuals ln(H/H_m), with which it finds the resonances even from a distant start. However,
-these residuals are biased near a noise floor. The fit therefore ends with differences over their own standard
-deviation,
+these residuals are biased near a noise floor. The fit therefore ends with differences divided by their standard
+deviations,
 
     r_k = (H_k - H_mk)/sqrt(v_k/2), real and imaginary                                               (1)
     v_k = a + b |H_k|^2 + c |H_k|^2 (1 - gamma_k^2)/gamma_k^2                                        (2)
@@ -147,8 +147,8 @@ def _equivalent(terms: Sequence[Array], shares: Sequence[Array]) -> float:
     """Return the number of residuals that set the scatter of the lines on which the parameters depend.
 
     A term of (2) is known from the lines at which it is large. Their number is about 2 (sum s)^2/sum s^2, where s is
-    its fraction of v. The relative errors of the terms add up, weighted by the contributions of the terms to the fit
-    (F. E. Satterthwaite, Biometrics 2 (1946) 110).
+    the term's fraction of v. The relative errors of the terms add up, weighted by the contributions of the terms to the
+    fit (F. E. Satterthwaite, Biometrics 2 (1946) 110).
     """
     whole, error = max(sum(float(h.sum()) for h in shares), 1e-300), 0.0
     for item, h in zip(terms, shares, strict=True):

@@ -18,7 +18,7 @@ def read_run(path: Path) -> TimeRecord:
     Raises
     ------
     ValueError
-        If it cannot be read, or its samples are not evenly spaced.
+        If the result cannot be read, or its samples are not evenly spaced.
     """
     file = path / "result.nc" if path.is_dir() else path
     try:

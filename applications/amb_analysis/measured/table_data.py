@@ -49,7 +49,7 @@ def read_table(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
     Raises
     ------
     ValueError
-        If it cannot be read, or a heading, a unit or a number is not allowed.
+        If the table cannot be read, or a heading, a unit or a number is not allowed.
     """
     columns = _columns(path, units)
     first = next(iter(columns))

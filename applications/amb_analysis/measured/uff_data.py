@@ -72,7 +72,7 @@ def read_uff(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
     Raises
     ------
     ValueError
-        If it cannot be read, pyuff is not installed, or a unit, direction or damping is not allowed.
+        If the file cannot be read, pyuff is not installed, or a unit, direction or damping is not allowed.
     """
     require_extra("measured", "a UFF file", "pyuff")
     try:

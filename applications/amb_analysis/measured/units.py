@@ -39,7 +39,7 @@ class StatedUnits:
         Raises
         ------
         ValueError
-            If there is one.
+            If there is such a unit.
         """
         for name, unit in self.units.items():
             if name not in self.names:
@@ -135,7 +135,7 @@ def split_quotient(unit: str, name: str) -> tuple[str, str]:
     Raises
     ------
     ValueError
-        If it is not a quotient.
+        If the unit is not a quotient.
     """
     _require_unit(unit, name, "m/N")
     above, slash, below = unit.strip().rpartition("/")

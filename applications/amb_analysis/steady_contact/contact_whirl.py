@@ -58,7 +58,7 @@ def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
 
         (N_j/10 - |L_j + mu_j N_j|)/|N_j + i L_j|,    1 - |q_k|/c_k                               (2)
 
-    Its maxima over frequency are refined; a whirl ends at its zeros.
+    The maxima of the margin over frequency are refined; a whirl ends at the zeros of the margin.
     """
     search = _Search(rotor, rotor.loop(Omega), rotor.mu(Omega))
     first = search.about_changes_of_sign(np.linspace(*NEAR, POINTS) * Omega)

@@ -110,7 +110,7 @@ class RubbingRotor:
 def rubbing_rotor(prepared: ScenarioPlan) -> RubbingRotor:
     """Return the rotor of a prepared run, with its final unbalance.
 
-    Sites are treated as rigid, fixed and centred. If several sites are in one plane, the rotor can therefore only touch
+    Sites are treated as rigid, fixed and centred. If several sites are in one plane, the rotor can therefore touch only
     the narrowest.
 
     Raises

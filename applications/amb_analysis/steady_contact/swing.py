@@ -1,4 +1,4 @@
-"""Swing: the smallest friction that turns a fall in the retainers, over their top, into backward whirl.
+"""Swing: the smallest friction that carries falling journals over the top of the retainers, into backward whirl.
 
 Journals fall by h c from where they levitate to the lowest point; h = 1 if they levitate at the centre of the
 retainers. In the worst case, all of their speed becomes motion along the circle, against the spin. Friction then drives

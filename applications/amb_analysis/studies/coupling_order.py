@@ -140,7 +140,7 @@ def coupling(
 def simulated(
     run: CouplingRun, scenario: Scenario, settings: Mapping[str, Raw], options: RunOptions
 ) -> tuple[OrderRow, float]:
-    """Return a run of a scenario, whose deviation and cost are still 0, and its shortest run time (s)."""
+    """Return a run of a scenario, with deviation and cost still 0, and the shortest run time (s)."""
     step = scenario.step_size("gauss_seidel") / run.parts
     changed = scenario.model_copy(update={"coupling": run.coupling, "communication_step": step})
     ahead = delay(run.coupling, step) if run.predicts else 0.0

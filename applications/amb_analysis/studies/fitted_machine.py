@@ -1,4 +1,4 @@
-"""A rotor, or a rotor in its machine, as a function of the numbers of its files that are fitted."""
+"""A rotor, or a rotor in its machine, as a function of the fitted numbers of its files."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ def plan_measurement(
 
 
 def _with_steps_of_the_run(prepared: ScenarioPlan, run: Plan) -> ScenarioPlan:
-    """Return a measurement in which foreign FMUs step as in the run of the scenario.
+    """Return a measurement in which foreign FMUs take the same steps as in the run of the scenario.
 
     A controller may take a sample whenever it is stepped, so shorter steps would change its law.
     """
@@ -181,7 +181,7 @@ def settling_samples(decay: float, sample_time: float, remainder: float = REMAIN
     Raises
     ------
     ValueError
-        If it takes longer than `LONGEST`.
+        If this takes longer than `LONGEST`.
     """
     samples = math.ceil(math.log(remainder) / math.log(decay))
     if samples * sample_time > LONGEST:
@@ -207,7 +207,7 @@ def waiting_samples(loop: StateSpace, sample_time: float) -> int:
     Raises
     ------
     ValueError
-        If it takes longer than `LONGEST`.
+        If this takes longer than `LONGEST`.
     """
     A, B, C = (np.asarray(matrix, np.float64) for matrix in (loop.A, loop.B, loop.C))
     z, left, right = eig(A, left=True, right=True)

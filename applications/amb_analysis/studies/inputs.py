@@ -50,7 +50,7 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
     Raises
     ------
     ValueError
-        If it is not a speed, is negative, or is above `HIGHEST`.
+        If the value is not a speed, is negative, or is above `HIGHEST`.
     """
     value = quantity(raw, "rad/s", name)
     require(0.0 <= value <= HIGHEST, name, stated(f"{value:g} rad/s", raw), f">= 0 rad/s and <= {HIGHEST:g} rad/s")
@@ -91,7 +91,8 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
     Raises
     ------
     ValueError
-        If it is not such a number or is not between `LEAST` and `MOST`; `reason` is appended to the allowed range.
+        If the value is not such a number or is not between `LEAST` and `MOST`; `reason` is appended to the allowed
+        range.
     """
     value, unit_text = quantity(raw, unit, name), unit.replace(".", " ")
     shown = stated(f"{value:g} {unit_text}", raw)

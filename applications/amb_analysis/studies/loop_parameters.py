@@ -61,7 +61,7 @@ class LoopParameters:
         Raises
         ------
         ValueError
-            If it is not allowed for the parameter.
+            If the value is not allowed for the parameter.
         """
         return convert(raw, self.ports[self.names.index(name)][0], name)
 

@@ -34,8 +34,8 @@ def simulate_in_processes(
     At most `processes` run at once; by default one per processor.
 
     Processes are used because FMUs of flavour `python` hold the interpreter's lock. An error in a case ends the other
-    cases and is raised. The processes end when this one ends. An interruption is delayed while a function of the pool
-    runs, because locks of futures could otherwise stay held, and the pool would wait for them forever.
+    cases and is raised. The processes end when the calling process ends. An interruption is delayed while a function of
+    the pool runs, because locks of futures could otherwise stay held, and the pool would wait for them forever.
 
     Raises
     ------

@@ -112,10 +112,10 @@ def fit(
 ) -> RotorFit:
     """Return a rotor, or a machine, whose parameters fit a measurement, with 95 % intervals.
 
-    Residuals of responses are differences over their scatter, which is estimated for each frequency from the data and
-    the coherence (`measured.response_fit`). Residuals of modes are the logarithms of frequencies and damping ratios
-    over the measured ones, in units of 0.1 % and 10 %. If the data do not determine a parameter, an error is raised
-    (`measured.least_squares.fit`).
+    Residuals of responses are differences divided by their scatter, which is estimated for each frequency from the data
+    and the coherence (`measured.response_fit`). Residuals of modes are the logarithms of computed over measured
+    frequencies and damping ratios, in units of 0.1 % and 10 %. If the data do not determine a parameter, an error is
+    raised (`measured.least_squares.fit`).
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ class RotorLayout(WarnedResult, DrawnResult):
         Error of the plant's receptance between bearings and contact sites; None for a rotor with massless nodes.
     frequencies, error
         Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors (%)
-        of the plant's model. Each belongs to both planes of motion if the bearings are alike in x and y.
+        of the plant's model. Each frequency belongs to both planes of motion if the bearings are alike in x and y.
     whirl
         Error of the plant's whirl, as a free rotor, at the highest speed; None if the rotor file states no speed.
     description

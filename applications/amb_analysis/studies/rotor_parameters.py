@@ -58,7 +58,7 @@ class RotorParameters:
         Raises
         ------
         ValueError
-            If it cannot be read, or if a name does not denote a number in it.
+            If the file cannot be read, or if a name does not denote a number in it.
         """
         rotor, path = load_rotor(source), rotor_path(source)
         data = read_toml(path, f"rotor file {path}")

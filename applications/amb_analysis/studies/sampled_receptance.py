@@ -5,8 +5,8 @@
                                              +--- PID, inner loop <---+               R = F G D / K_i
 
 G is the response of the closed loop from currents, added at the input of the synchronous control, to displacements at
-its sensors. D is the delay of the synchronous control, and F represents its sensors and filter. All are evaluated at z
-= exp(j omega h).
+its sensors. D is the delay of the synchronous control, and F represents its sensors and filter. F, G and D are
+evaluated at z = exp(j omega h).
 """
 
 from __future__ import annotations

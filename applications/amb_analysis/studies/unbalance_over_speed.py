@@ -77,7 +77,7 @@ def unbalance_response(
 
     F describes the forces of a scenario's magnetic bearings, with controller, hold, delay and amplifiers
     (`machine.response`); if there is only a rotor, F is 0. The speeds are denser near critical speeds and near all
-    maxima (`rotor_analysis.refinement`), so that these are accurate to 0.1 % for any `up_to`.
+    maxima (`rotor_analysis.refinement`), so that both are accurate to 0.1 % for any `up_to`.
 
     Parameters
     ----------
@@ -92,9 +92,9 @@ def unbalance_response(
         or less if the loop becomes unstable below that. For a rotor alone, or a scenario at rest, it is the highest
         speed of the rotor file, `[reduction] speed`, or else 6000 rpm.
     unbalance
-        Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario. If it has
-        none, and for a rotor alone, the residual unbalance of grade G 2.5 at the scenario's speed, or at the highest
-        speed of the rotor's file, or else at 6000 rpm.
+        Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario. If the
+        scenario has no unbalance, and for a rotor alone, the default is the residual unbalance of grade G 2.5 at the
+        scenario's speed, or at the highest speed of the rotor's file, or else at 6000 rpm.
     place, node
         Part with the unbalance, or its node number in the rotor file; by default the first disc.
     clearance

@@ -87,7 +87,7 @@ def _least_decrement(result: ClosedLoopPoles) -> list[float]:
 
 
 def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: float) -> Line2D:
-    """Mark the least damped vibration in all three plots; the mark is at the edge of a plot if it lies outside."""
+    """Mark the least damped vibration in all three plots, at the edge of a plot if the vibration lies outside."""
     unit, plane = speed_unit(), speed_unit("rad/s")
     style: dict[str, Any] = {"color": "black", "mfc": "none", "ls": "", "ms": 7.0, "clip_on": False, "zorder": 5}
     at, real = least.speed / unit.size, -decrement / (2.0 * math.pi) * least.frequency
@@ -110,7 +110,7 @@ def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: fl
 def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
     """Draw each pole over the speeds, with a dot at the operating speed, and the damping ratios that bound the zones.
 
-    A cross marks the pole that grows most; it is on the real axis if that is a drift without vibration.
+    A cross marks the pole that grows most; the cross is on the real axis if this pole is a drift without vibration.
 
     s = omega_d (j - delta / 2 pi), where delta is the decrement; damping ratios are rays from the origin.
     """

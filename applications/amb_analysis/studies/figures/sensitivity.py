@@ -62,7 +62,7 @@ def draw(result: StabilityMargin) -> Figure:
 
 
 def _draw_nyquist(axes: Axes, result: StabilityMargin) -> None:
-    """Draw L = 1/S - 1 of each axis. Its distance from -1 is 1/|S|; the circles are the limits of the zones."""
+    """Draw L = 1/S - 1 of each axis. The distance of L from -1 is 1/|S|; the circles are the limits of the zones."""
     farthest = max(float(np.abs(axis.L + 1.0).max()) for axis in result.axes.values())
     around = float(np.clip(1.1 * farthest, *AROUND))
     for (name, limit), shade in zip(result.zone_limits.items(), list(ZONE_SHADES.values())[1:], strict=True):

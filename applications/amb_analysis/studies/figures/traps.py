@@ -72,7 +72,7 @@ def unstable_ranges(result: Traps) -> list[tuple[float, float]]:
 
 
 def _draw_orbits(panel: Axes, result: Traps) -> None:
-    """Draw each site's contact-free orbit over its clearance, dotted where it exceeds 1 or the loop is not stable."""
+    """Draw the ratio of each contact-free orbit to its clearance, dotted above 1 or where the loop is not stable."""
     free, speeds = result.curves.states[0], speed_unit().of(result.curves.speeds)
     unstable = unstable_ranges(result)
     for k, (site, colour) in enumerate(zip(result.sites, cycle(COLOURS), strict=False)):
