@@ -144,7 +144,7 @@ def _within(seconds: float, call: Callable[[], T]) -> T:
     """Return the result of a call, or raise TimeoutError; a call that never returns blocks only its thread.
 
     The call runs in its own thread, because the caller's thread may have an event loop. A starting Dask client can wait
-    forever despite its time limit: if the scheduler disconnects, or if another client is garbage-collected.
+    forever despite its time limit, if the scheduler disconnects or another client is garbage-collected.
     """
     outcome: futures.Future[T] = futures.Future()
 

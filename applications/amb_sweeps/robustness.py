@@ -150,7 +150,7 @@ def robustness(
     scenario
         A scenario, its name in a pack, or a TOML file; the packs' default scenario by default.
     rotor
-        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
+        Name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     set
         Values by `component.variable` that replace the scenario's.
     change

@@ -263,7 +263,7 @@ def _provenance() -> dict[str, Any]:
 
 @contextmanager
 def only_writer(folder: Path) -> Iterator[None]:
-    """Hold the lock of a folder, which the system releases when the process ends; not on Windows.
+    """Hold the lock of a folder, which the system releases when the process ends; on Windows there is no lock.
 
     Raises
     ------

@@ -65,8 +65,8 @@ class SweepStore:
     Raises
     ------
     ValueError
-        If the store was made for another request (the message lists the differences), is damaged, or its path is not a
-        store. Nothing is changed.
+        If the store was made for another request (the message lists the differences), is damaged, or has a path that is
+        not a store. Nothing is changed.
     """
 
     def __init__(

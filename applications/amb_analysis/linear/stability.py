@@ -10,8 +10,8 @@ circle, none of which moves the rotor away:
 
 - z = 1 of an integrator outside the loop: nothing feeds its input, its output feeds no demand, or several
   integrators act on the same motion. Its state remains constant.
-- z = 1, twice, of an unsupported rigid motion, such as that of a rotor on springs of no stiffness. Its velocity remains
-constant.
+- z = 1, twice, of an unsupported rigid motion, such as that of a rotor on springs of zero stiffness. Its velocity
+  remains constant.
 - |z| = 1 of a mode without damping whose nodes are at the magnets or the sensors.
 
 The angle of the shaft is not a state of the linear model, so its free rotation adds no pole. Rounding moves poles off

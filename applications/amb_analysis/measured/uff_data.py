@@ -328,7 +328,7 @@ def _modes(sets: Sequence[Set]) -> Modes | None:
 
 
 def _damping_ratio(item: Set) -> float:
-    """Return the damping ratio of a normal mode, viscous or half of the hysteretic loss factor."""
+    """Return the damping ratio of a normal mode: viscous, or half of the hysteretic loss factor."""
     viscous, half = float(item["modal_damp_vis"]), 0.5 * float(item["modal_damp_his"])
     if viscous and half and abs(half - viscous) > SAME_DAMPING * abs(viscous):
         raise ValueError(

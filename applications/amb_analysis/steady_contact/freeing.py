@@ -11,11 +11,11 @@ maximum are the solution of a convex problem:
 
     minimise t,  |I_b| <= t,  |r_k + S_k I| <= s b_k                                                  (2)
 
-(2) excludes more than necessary: a state of one site does not exist, either, where it would penetrate another site, and
-the orbits need not shrink by the same factor. The currents that leave no state in contact do not form a convex set. The
-solution of (2) belongs to this set. From there, all directions I/t in which such currents may be smaller are searched,
-first everywhere and then ever more closely around the best one. The result leaves no state in contact, and is the
-smallest that the search finds.
+(2) excludes more than necessary: a state of one site also does not exist where the rotor would penetrate another site,
+and the orbits need not shrink by the same factor. The currents that leave no state in contact do not form a convex set.
+The solution of (2) belongs to this set. From there, all directions I/t in which such currents may be smaller are
+searched, first everywhere and then ever more closely around the best one. The result leaves no state in contact, and is
+the smallest that the search finds.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def smallest_demand(rotor: RubbingRotor, Omega: float, allowed: Array) -> Freein
 
 
 def _smallest(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex) -> Freeing | None:
-    """Return the freeing currents I = basis J + offset with the smallest maximum component of J, searched from (2)."""
+    """Return the freeing currents I = basis J + offset with the smallest maximum component of J, found from (2)."""
 
     def are_free(J: Complex) -> Bools:
         return _are_free(rotor, Omega, J @ basis.T + offset)

@@ -98,7 +98,7 @@ class RubbingRotor:
         return np.array([kinetic_coefficient(site, _slip(site, Omega, whirl)) for site in self.records])
 
     def mu_slope(self, Omega: float, whirl: float | None = None) -> Array:
-        """Return the slope d mu/d v (s/m) of that coefficient, from its central difference over `SLIP_STEP`."""
+        """Return the slope d mu/d v (s/m) of the friction coefficient, from its central difference over `SLIP_STEP`."""
         slopes = np.zeros(len(self.records))
         for k, site in enumerate(self.records):
             slip = _slip(site, Omega, whirl)

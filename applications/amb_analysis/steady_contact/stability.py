@@ -7,8 +7,8 @@ friction
     f_n = -lambda,     f_t = -mu lambda - (1 + mu^2) (N/c) b - mu'(v) N b'                           (1)
 
 The normal force on the circle acts as a spring of stiffness N/c, and lambda follows from a'' = 0. mu'(v) is the slope
-of friction over the slip velocity. Because b' adds to the slip velocity, friction that falls with slip drives the
-swing.
+of friction over the slip velocity. Because b' adds to the slip velocity, friction that decreases with slip drives this
+motion.
 
 Motion is x' = (A - i Omega) x; held currents turn with -i Omega. Over one sample, rotor and control obey x(n+1) = M
 x(n), and s = ln(z)/T with the eigenvalues z of M. This is exact for an isotropic loop.

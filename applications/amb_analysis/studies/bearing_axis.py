@@ -185,7 +185,7 @@ def linearisation(
         Name of a scenario of a pack, or a TOML file, that defines machine and parameters; by default the start values
         of the actuator.
     rotor
-        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
+        Name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     axis
         Bearing and direction, `left.x` or `thrust.z`; the first axis by default.
     bias_current

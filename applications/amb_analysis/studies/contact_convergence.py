@@ -172,7 +172,7 @@ def convergence(
     scenario
         Name of a scenario of a pack, or a TOML file; by default the packs' default scenario.
     rotor
-        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
+        Name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     set
         Values by `component.variable` that replace the scenario's.
     starts

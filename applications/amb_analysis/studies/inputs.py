@@ -37,7 +37,7 @@ def controlled(
     scenario
         A `Scenario`, the name of a packaged scenario, or a TOML file; by default the packs' default scenario.
     rotor
-        A rotor, name of a packaged rotor, or rotor file, to use instead of the scenario's.
+        A rotor, the name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     controller
         Controller file, object or FMU in place of the scenario's controller.
     """

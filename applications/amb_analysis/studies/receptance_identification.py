@@ -121,15 +121,15 @@ def identify(
         A scenario, the name of a packaged scenario, or a TOML file, that defines machine and parameters; by default the
         packs' default rotor with the start values of the FMUs.
     rotor
-        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
+        Name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     set
         Values by `component.variable`, numbers or strings with units.
     flavour
         Flavour of the FMUs.
     computed
         Whether to compute the receptances from the linear model of the sampled loop instead of co-simulations.
-        Identified receptances are compared with this model. Computed receptances come from it, so they cannot be
-        compared.
+        Identified receptances are compared with this model. Computed receptances come from this model, so they cannot
+        be compared with it.
     progress
         Whether to display bars (default in a terminal and a notebook), or a function called repeatedly with an
         `IdentificationProgress`.
