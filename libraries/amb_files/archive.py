@@ -106,7 +106,7 @@ def _check(archive: zipfile.ZipFile, entries: list[zipfile.ZipInfo]) -> None:
 
 
 def _shortened(error: Exception) -> str:
-    """Return the text of an error in a single short line; it may contain a damaged name."""
+    """Return the text of an error, which may contain a damaged name, in a single short line."""
     text = "".join(letter if letter.isprintable() else "?" for letter in str(error) or type(error).__name__)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 

@@ -103,7 +103,7 @@ def check_writable(path: Path, is_folder: bool, files: Iterable[str] = ()) -> No
     Raises
     ------
     ValueError
-        If it cannot, or the place of one of the files is taken by a folder, a pipe or a device.
+        If it cannot be written, or if the path of one of the files belongs to a folder, a pipe or a device.
     """
     for name in files:
         own = path / name

@@ -36,7 +36,7 @@ def single_line(error: object) -> str:
 
 @contextmanager
 def errors_in(place: str) -> Iterator[None]:
-    """Begin the message of a ValueError with `place`, unless it is empty."""
+    """Begin the message of a ValueError with `place`, unless `place` is empty."""
     try:
         yield
     except ValueError as error:

@@ -3,8 +3,8 @@
 Columns are separated by commas, semicolons or tabs. Numbers contain decimal points, or decimal commas throughout, as in
 a German spreadsheet. An ambiguous number is refused: `1,500` by itself may be 1500 or 1.5.
 
-Lines that begin with `#` or `%` are comments. If the first other line contains numbers, the headings are in the last
-comment above it, as `numpy.savetxt` writes them.
+Lines that begin with `#` or `%` are comments. If the first line that is not a comment contains numbers, the headings
+are in the last comment above it, as `numpy.savetxt` writes them.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ def read_numbers(
 ) -> tuple[list[str], Numbers]:
     """Return the headings of a table and its numbers, shape (rows, columns); other arguments and errors as `read_csv`.
 
-    A table that contains only numbers with decimal points is read at once, in a tenth of the time and memory of its
-    cells.
+    A table that contains only numbers with decimal points is read at once, in a tenth of the time and memory that
+    reading it cell by cell takes.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def _used(row: list[str]) -> int:
 
 
 def _separator(text: str) -> str:
-    """Return the separator that divides all first rows into equally many cells, or else the one with most headings."""
+    """Return the separator that divides all the first rows into equally many cells, or else gives the most headings."""
     end = text.rfind("\n", 0, SAMPLED)
     sample = text if len(text) <= SAMPLED or end < 0 else text[: end + 1]
     lengths = {sep: [len(row) for row in islice(_rows(sample, sep), SAMPLED_ROWS)] for sep in SEPARATORS}

@@ -11,8 +11,8 @@ MOST_LISTED = 12
 def suggest(name: str, options: Iterable[str]) -> str:
     """Suggest the options closest to `name`; if none is close, list the first `MOST_LISTED` options.
 
-    If none of these belongs to the same place as `name`, `hub` of `hub.unbalance`, options of that place are added. The
-    text is the second half of a message.
+    If none of these belongs to the same place as `name` (`hub` for `hub.unbalance`), options of that place are added.
+    The text is the second half of a message.
 
     Examples
     --------

@@ -138,12 +138,12 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
 
 
 def _options(form: type[Any], unknown: ErrorDetails) -> list[str]:
-    """Return the keys that an unknown one could stand for."""
+    """Return the allowed keys at the place of an unknown one."""
     return [key for declared in _declared(form, unknown["loc"][:-1]) for key in _fields(declared.hint)]
 
 
 def _at_place(sentence: str, keys: Location, data: object) -> str:
-    """Return a sentence of a form's check, with its place: `diameter = ...` becomes `shaft.diameter = ...`."""
+    """Return the error message of a form's check, with its place: `diameter = ...` becomes `shaft.diameter = ...`."""
     named = re.match(r"(\w+)(?= (?:=|is missing|is set))", sentence)
     if named:
         return _place((*keys, named[1]), data) + sentence[named.end() :]

@@ -17,8 +17,8 @@ Life, in revolutions that 90 % of bearings reach (G. Lundberg, A. Palmgren, 1947
     Q_c = 98.1 b_m (2f/(2f - 1))^0.41 (1 -+ g)^1.39/(1 +- g)^(1/3) (D/d_m)^0.3 D^1.8 Z^(-1/3)       N, D in mm
     L = 10^6 (Q_c/Q_e)^3,   g = D cos(alpha)/d_m,   upper signs for the inner race
 
-Q_e is the cubic mean of a row's loads on the race that rotates, the inner one; on the other race the mean has the power
-10/3. The lives of races and rows combine by L^(-10/9) = sum of L_i^(-10/9).
+Q_e is the cubic mean of a row's loads on the race that rotates, the inner one; on the other race the exponent of the
+mean is 10/3. The lives of races and rows combine by L^(-10/9) = sum of L_i^(-10/9).
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class BallBearing:
     conformity
         f_i, f_o: radii of inner and outer groove over D.
     rows
-        1 or 2. Back to back and face to face differ under moments only, which are not modelled.
+        1 or 2. Back-to-back and face-to-face arrangements differ only under moments, which are not modelled.
     contact_angle
         alpha without load (rad); above 0 only with two rows, since a single row needs an axial force to carry a radial
         force.
@@ -190,7 +190,7 @@ class BallBearing:
         Raises
         ------
         ValueError
-            If the radial force is negative, or a force so large that a ball has left its groove.
+            If the radial force is negative, or a force is so large that a ball has left its groove.
         """
         if axial == 0.0:
             return np.array([self.displacement_under(radial), 0.0, 0.0])
@@ -198,7 +198,7 @@ class BallBearing:
         most = 0.5 * self.ball_diameter
 
         def axial_at(x: float) -> float:
-            """Return the axial displacement (m) that is in equilibrium at a radial displacement."""
+            """Return the axial displacement (m) at which the axial forces balance, for a radial displacement (m)."""
 
             def excess(z: float) -> float:
                 return -float(self.force(np.array([x, 0.0, z]))[2]) - abs(axial)
@@ -239,7 +239,7 @@ class BallBearing:
 
     @cached_property
     def _dynamic_loads(self) -> tuple[float, float]:
-        """Loads Q_c (N) of a ball on the inner and the outer race with a life of a million revolutions."""
+        """Loads Q_c (N) of a ball on the inner and the outer race that give a life of a million revolutions."""
         D, size = 1e3 * self.ball_diameter, self.ball_diameter / self.pitch_diameter
         gamma = size * math.cos(self.contact_angle)
         inner, outer = (

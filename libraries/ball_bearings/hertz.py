@@ -7,8 +7,8 @@ The ratio kappa = a/b follows from the curvatures by
 
     F(rho) = [(kappa^2 + 1) E - 2 K]/[(kappa^2 - 1) E],      m = 1 - 1/kappa^2
 
-with the complete elliptic integrals K(m), E(m) and the difference of curvatures F(rho). This is exact; the fits of the
-literature (Brewe and Hamrock) have errors of some per cent. Source: T. A. Harris, Rolling Bearing Analysis.
+with the complete elliptic integrals K(m), E(m) and the difference of curvatures F(rho). This is exact; the fits in the
+literature (Brewe and Hamrock) have errors of a few per cent. Source: T. A. Harris, Rolling Bearing Analysis.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class PointContact:
 
 
 def curvature_difference(kappa: float) -> float:
-    """Return F(rho) of an ellipse with the ratio kappa > 1 of its semi-axes."""
+    """Return F(rho) of an ellipse whose semi-axes have the ratio kappa > 1."""
     m = 1.0 - 1.0 / (kappa * kappa)
     E = float(ellipe(m))
     return ((kappa * kappa + 1.0) * E - 2.0 * float(ellipk(m))) / ((kappa * kappa - 1.0) * E)

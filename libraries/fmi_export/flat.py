@@ -21,7 +21,7 @@ def is_near(value: float, reference: float, tolerance: float) -> bool:
 def copy(source: Array, target: Array) -> None:
     """Write `source` into the beginning of `target`; the two must not overlap.
 
-    An assignment to a slice would do the same, but numba allocates for it, in case the arrays overlap.
+    An assignment to a slice would do the same, but numba allocates memory for it, in case the arrays overlap.
     """
     for i in range(source.shape[0]):
         target[i] = source[i]

@@ -90,7 +90,7 @@ class Interface:
         return bool(is_repeated) and not any(v.field.startswith(f"{array}[") for v in self.variables)
 
     def with_all_parts(self) -> Interface:
-        """Return this interface, after a check that it contains at least one of each possible part.
+        """Return this interface, after a check that it contains at least one of each possible kind of part.
 
         Raises
         ------

@@ -105,7 +105,7 @@ class Model:
 
 @dataclass(frozen=True, eq=False)
 class AssembledModel:
-    """A model in an assembly: its name, its constants, and the number of communication steps in a step of it."""
+    """A model in an assembly: its name, its constants, and the number of communication steps in one of its steps."""
 
     name: str
     model: Model
@@ -125,8 +125,8 @@ class Wiring:
     ramps
         Positions of an input of the assembly, and of its slope over a step.
     gathered
-        Outputs that cover a whole step, and the position in `GATHERED` of the rule by which values of its parts are
-        combined.
+        Outputs that cover a whole step, and the position in `GATHERED` of the rule by which the values of the parts of
+        that step are combined.
     sample_time
         Parameter of the assembly with the time between the instants that divide steps (s), or that time.
     jacobi

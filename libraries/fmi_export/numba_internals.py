@@ -1,4 +1,4 @@
-"""Undocumented features of numba that are used here: six, each with its purpose.
+"""The six undocumented features of numba that are used here, each with its purpose.
 
 `pyproject.toml` allows no version of numba later than the tested one. If a later numba changes one of these, change
 this file.
@@ -9,8 +9,8 @@ arrays. Without the first, kernels are correct but several times slower, and `bu
 they call that system. Without the second, compiling takes an eighth longer.
 
 **The cache on disk** (`keep_cache_sound`, `compile_once`; `compile` and `_cache` of a dispatcher, its `_cache_file`). A
-truncated file in numba's cache, such as a full disk leaves, causes a traceback at every start. Processes that start
-together all compile the same code, which takes each of them a minute. Without it kernels are still correct.
+truncated file in numba's cache, such as one left by a full disk, causes a traceback at every start. Processes that
+start together all compile the same code, which takes each of them a minute. Without it kernels are still correct.
 
 **Code for arrays at places known only in a kernel** (`lower_array_functions`, of `numba.core` and
 `numba.np.arrayobj`). Slices, `view` and `reshape` do the same with divisions and branches. Without it a step takes
@@ -18,9 +18,9 @@ longer; the results have the same bits.
 
 **No machine code** (`compile_nothing`, methods of `numba.core.codegen`, and the names that numba gives to its functions
 in the assembly, see `building.native.lowering`). By default numba links, optimises and compiles each function with
-everything that it calls: a function at the bottom of a deep call tree is compiled once for every level above it.
-Functions have no entries for Python or C either. Without it lowering takes twice as long; the results have the same
-bits.
+everything that it calls: a function at the bottom of a deep call tree is compiled once for every level above it. Here
+it does not, and functions have no entries for Python or C either. Without it lowering takes twice as long; the results
+have the same bits.
 
 **Types of calls** (`type_calls_once`, `get_call_type` of `numba.core.types.functions`). numba infers the type of an
 operator at every call. Without it lowering takes a third longer; the machine code is the same.
@@ -71,7 +71,7 @@ def keep_cache_sound(dispatcher: Any) -> Any:
 def compile_once(dispatcher: Any) -> Any:
     """Let a process compile a function with everything that it calls, while others wait for its cache on disk.
 
-    A process has a single such lock at a time, for the function that Python calls. Returns the function.
+    A process holds only one such lock at a time, for the function that Python calls. Returns the function.
     """
     compiler_lock: Any = importlib.import_module("numba.core.compiler_lock").global_compiler_lock
     on_disk, compile_it = dispatcher._cache, dispatcher.compile

@@ -1,8 +1,8 @@
 """Record types of flat float64 arrays, from the names of their numbers: `Omega`, `energy.kinetic`, `sites[2].gap`.
 
 A kernel views an array as a record, `p = parameters.view(PARAMETERS)[0]`, and reads `p.sites[2].gap` where the number
-is: without copies or lookups at run time. A dot denotes a record within a record, brackets an array; two adjacent
-numbers `re` and `im` are one complex number.
+is stored, without copies or lookups at run time. A dot denotes a record within a record, brackets an array; two
+adjacent numbers `re` and `im` are one complex number.
 """
 
 from __future__ import annotations

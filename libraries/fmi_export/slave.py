@@ -1,6 +1,6 @@
 """The kernels of any model, as PythonFMU calls them for the guard, which is the slave that hosts see.
 
-The guard owns the arrays of the instance and checks them before and after; a kernel works on them in place.
+The guard owns the arrays of the instance and checks them before and after each call; a kernel works on them in place.
 
 No exception may leave a method: PythonFMU would corrupt reference counts, and the guard would no longer call it. Errors
 are logged instead, and the guard uses that text as the reason of the failure.

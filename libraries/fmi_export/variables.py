@@ -66,10 +66,10 @@ class Variable:
 
     `array` is the array that replaces this variable and its neighbours in FMI 3.0.
 
-    `initially_depends_on` of an output lists the parameters and inputs that its value depends on at initialisation,
-    the InitialUnknowns of FMI: variables, or `sites[*].clearance` for those of all `repeated` parts; with None, it may
-    depend on all of them. `initially_equals` names the parameter or input whose value it then takes. Both describe a
-    successful initialisation.
+    `initially_depends_on` of an output lists the parameters and inputs that its value depends on at initialisation, the
+    InitialUnknowns of FMI: variables, or `sites[*].clearance` for those of all `repeated` parts; with None, it may
+    depend on all of them. `initially_equals` names the parameter or input whose value the output then takes. Both
+    describe a successful initialisation.
 
     `display_unit` of a Real is its display unit, if it is not the usual one of its unit (`building.units.DISPLAYED`).
     `enumeration` names the values of an Integer; see `enumerated`.

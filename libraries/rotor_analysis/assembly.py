@@ -25,7 +25,7 @@ class AttachedBearing:
     bearing
         The bearing, whose coefficients depend on the spin speed.
     right, left
-        Map from the coordinates to x and y of its position, shape (2, size), and from forces along x and y there to
+        Maps from the coordinates to x and y of its position, shape (2, size), and from forces along x and y there to
         forces on the coordinates, shape (size, 2). For `Bearing.tilting` these are the maps of slopes and moments.
     """
 
@@ -48,7 +48,7 @@ class Matrices:
     over_speed
         Bearings and seals on the model whose coefficients depend on the spin speed; `at` adds them to M, K and C.
     hysteresis
-        Hysteretic damping of the shaft in addition, for motion at a single frequency; None if the shaft has none.
+        Additional hysteretic damping of the shaft, for motion at a single frequency; None if the shaft has none.
     slopes
         For a reduced model, the maps from the coordinates to the slopes x' and y' of each node in turn, shape (2 nodes,
         size), and from moments there to the coordinates. For the finite-element model this is None: there the slopes of
@@ -159,8 +159,8 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
         G = [[0, 0], [0, I_p]],   f = F [1, d]   for a force F at the centre of mass                   (3)
 
     m is the mass (kg), I_d and I_p are the inertias (kg m^2) about the centre of mass, across and along the axis. Spin
-    adds I_p alone, since it turns the body about its axis and does not move the centre of mass. The forces of weight,
-    of motion of the base and of unbalance, m g, -m a and u Omega^2, act at the centre of mass. The weight, for example,
+    adds only I_p, since it turns the body about its axis and does not move the centre of mass. The forces of weight, of
+    motion of the base and of unbalance, m g, -m a and u Omega^2, act at the centre of mass. The weight, for example,
     loads the node with the moment m g d along x'.
 
     Parameters

@@ -40,7 +40,7 @@ class Campbell:
     speeds
         Spin speeds (rad/s), shape (n,).
     tracks
-        For each mode its values at each speed; None once it no longer oscillates, and before it begins.
+        For each mode its values at each speed; None before it begins to oscillate and once it no longer does.
     critical_speeds
         Intersections with the synchronous line, ascending.
     """

@@ -67,7 +67,7 @@ def antinodes(shape: Array) -> list[tuple[int, slice]]:
 
 
 def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
-    """Return for each lobe of a shape its antinode, counted from 0, its modal mass (kg), and its sign.
+    """Return for each lobe of a shape the position of its antinode, from 0, its modal mass (kg), and its sign.
 
     The modal mass is the mass of the rotor weighted by the shape:
 

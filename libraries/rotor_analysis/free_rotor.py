@@ -40,7 +40,8 @@ class FreeRotor:
     rigid
         Two rigid motions, translation and tilt about the centre of mass, with R^T M R = 1, shape (n, 2).
     mu
-        1/(omega^2 + s) of the elastic modes (s^2/rad^2), descending, shape (n - 2,); last, 0 for motions without mass.
+        1/(omega^2 + s) of the elastic modes (s^2/rad^2), descending, shape (n - 2,); the last ones are 0 for motions
+        without mass.
     shapes
         S of (1), in the same order, shape (n, n - 2).
     """
@@ -66,7 +67,7 @@ class FreeRotor:
     def receptance(self, rows: list[int], omega: ArrayLike, modes: slice = slice(None)) -> Array:
         """Return H of (2) between rows (m/N) at one or more frequencies (rad/s), from some or all elastic modes.
 
-        With `omega` of shape S the shape is (*S, r, r).
+        With `omega` of shape S the result has the shape (*S, r, r).
         """
         s, square = self.shapes[rows, modes], np.square(omega)[..., None]
         distance = 1.0 - (SHIFT + square) * self.mu[modes]
@@ -77,7 +78,7 @@ class FreeRotor:
     def sizes(self, rows: list[int], omega: ArrayLike) -> Array:
         """Return the sum of magnitudes of all terms of H_ii in (2) at each row i (m/N), which has no antiresonance.
 
-        With `omega` (rad/s) of shape S the shape is (*S, r).
+        With `omega` (rad/s) of shape S the result has the shape (*S, r).
         """
         square = np.square(omega)[..., None]
         distance = np.maximum(np.abs(1.0 - (SHIFT + square) * self.mu), RESONANT)

@@ -71,8 +71,8 @@ class HarmonicModel:
     def stiffness(self, omegas: Array, Omega: float, forces: Forces | None = None) -> Complex:
         """Return the matrix of (1) at frequencies and a spin speed (rad/s), shape (n, size, size).
 
-        The product with F uses only its rows and columns; including those of all nodes took most of the time of a
-        response.
+        The product with F uses only the rows and columns of F; including those of all nodes would take most of the
+        computing time of a response.
         """
         stiffness = dynamic_stiffness(self.model, Omega, omegas)
         if self.axial_mass:
@@ -104,7 +104,7 @@ class HarmonicModel:
         Raises
         ------
         ValueError
-            If a frequency equals that of an undamped mode, or not finite.
+            If a frequency equals that of an undamped mode, or is not finite.
         """
         require(bool(np.isfinite(omegas).all()), "omega", "not finite", "finite")
         stiffness = self.stiffness(omegas, Omega, forces)

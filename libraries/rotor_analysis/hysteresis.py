@@ -7,11 +7,11 @@ the frequency omega in the fixed frame, forward or backward, bends the fibres of
     D = i eta (1 - r) sgn(omega) K + i eta r K (sgn(omega - Omega) P_f + sgn(omega + Omega) P_b)           (1)
     P_f = (1 - i J)/2,   P_b = (1 + i J)/2
 
-where K is the stiffness of the shaft alone, J turns each pair x, y by a right angle from x to y, and P_f and P_b are
-the forward and the backward part of the motion. For motion faster than the spin, D is i eta K: each cycle dissipates
-2 pi eta times the maximum strain energy. For slower motion with r = 1, D is -sgn(Omega) eta K J; its force on a forward
-whirl has the direction of the velocity and drives this whirl. Synchronous forward whirl leaves the strain constant and
-dissipates nothing.
+where K is the stiffness of the shaft alone, J turns each pair x, y by a right angle from x to y, and P_f and P_b
+project onto the forward and the backward part of the motion. For motion faster than the spin, D is i eta K: each cycle
+dissipates 2 pi eta times the maximum strain energy. For slower motion with r = 1, D is -sgn(Omega) eta K J; its force
+on a forward whirl has the direction of the velocity and drives this whirl. Synchronous forward whirl leaves the strain
+constant and dissipates nothing.
 
 A model in time requires a force that depends on positions and velocities. For a free rotor with K phi_k = omega_k^2 M
 phi_k and phi_k^T M phi_k = 1 this force is that of viscous damping with equal loss in each mode at rest,
@@ -59,7 +59,7 @@ class Hysteresis:
         return np.asarray(drive + 1j * loss * self.K if loss else drive)
 
     def viscous(self, M: Array) -> tuple[Array, Array]:
-        """Return the shares of C_i (2) in the fixed and in the rotating frame (N s/m), for a free rotor of mass M."""
+        """Return the shares of C_i (2) in the fixed and rotating frames (N s/m); M is the free rotor's mass matrix."""
         frequencies, shapes = free_modes(M[::2, ::2], self.K[::2, ::2])
         momenta = M[::2, ::2] @ shapes
         C: Array = np.kron(self.loss_factor * (momenta * frequencies) @ momenta.T, np.eye(2)).astype(np.float64)

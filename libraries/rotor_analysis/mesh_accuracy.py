@@ -31,9 +31,9 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
 
         delta omega / omega = phi^T (D_halves - D) phi / (2 omega^2)
 
-    less the rounding error of the difference, which dominates it in a motion that hardly bends the rotor, as on soft
-    bearings. While the sum over the elements exceeds `accuracy` for a mode, the original elements that contribute most
-    are divided into more equal parts.
+    less the rounding error of the difference, which dominates the difference in a motion that hardly bends the rotor,
+    as on soft bearings. While the sum over the elements exceeds `accuracy` for a mode, the original elements that
+    contribute most are divided into more equal parts.
 
     Parameters
     ----------

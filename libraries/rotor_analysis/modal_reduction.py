@@ -56,7 +56,7 @@ class ShapeSpace:
         return np.concatenate([np.zeros(2), self.rotor.frequencies[: self.count], self.residual.frequencies])
 
     def receptance_error(self, nodes: tuple[int, ...], omega: ArrayLike) -> float:
-        """Return the largest error of the receptance between nodes against all elements, at any frequency (rad/s).
+        """Return the largest error of the receptance between nodes against the full model, at any frequency (rad/s).
 
         |H_ij reduced - H_ij| / sqrt(S_i S_j), with S_i the sum of magnitudes of all modal terms of H_ii (m/N).
         """

@@ -25,7 +25,7 @@ class Mode:
     """A mode of free motion.
 
     eigenvalue
-        lambda (rad/s), that with Im >= 0 of a conjugate pair.
+        lambda (rad/s), the one with Im >= 0 of a conjugate pair.
     shape
         phi over the model's rows; the largest translation is 1 (no unit), or the largest slope if no node translates.
     whirl_sense
@@ -151,7 +151,7 @@ def _whirl_senses(x: Complex, y: Complex) -> list[float]:
 def _separate_whirl(model: Matrices, values: Complex, shapes: Complex) -> Complex:
     """Replace shapes that share an eigenvalue by combinations, from the most backward to the most forward.
 
-    Only combinations that also solve the eigenproblem are used: sum_i e_ij phi_i misses sum_i e_ij
+    Only combinations that also solve the eigenproblem are used: sum_i e_ij phi_i leaves the residual sum_i e_ij
     (lambda_i - lambda_j) phi_i, which is large if the shapes are almost parallel because the eigenvalue is almost
     defective.
     """

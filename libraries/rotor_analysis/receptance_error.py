@@ -1,4 +1,4 @@
-"""Error of a reduced rotor's receptance against all elements, and the frequency up to which it is small."""
+"""Error of a reduced rotor's receptance relative to the full model, and the frequency up to which it is small."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class ReceptanceError:
     frequencies
         A quarter, a half, one and two times the limit (rad/s), shape (4,); empty if the limit is infinite.
     error, spinning
-        Error at these frequencies of the rotor at rest, and of whirl in either direction when it spins as fast, shape
-        (4,) each.
+        Error at these frequencies for the rotor at rest, and for whirl in either direction when the rotor spins as
+        fast, shape (4,) each.
     """
 
     accuracy: float

@@ -66,7 +66,7 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
     The translations x and y of some planes come first, in order, then the other coordinates: with free modes the planes
     of bearings and sites, with MSDC the masters. Without reduction, or with free modes if some node has no inertia, the
     coordinates are x, y and the slopes x', y' of every node. By default MSDC's masters are the planes of discs,
-    bearings, seals, sites and sensors, and others until the first modes are accurate.
+    bearings, seals, sites and sensors, and as many others as the first modes require.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
 
 
 def elastic_shapes(rotor: Rotor) -> tuple[int, int]:
-    """Return the number of elastic shapes of the plant's model in a plane of motion, and that of all elements."""
+    """Return the number of elastic shapes in a plane of motion, of the plant's model and of the full model."""
     return reduced_rotor(rotor).model.size // 2 - 2, 2 * len(rotor.shaft.nodes) - 2
 
 
@@ -161,7 +161,7 @@ def valid_to(full: Matrices, reduced: Matrices) -> float:
 
 
 def force_nodes(rotor: Rotor) -> tuple[int, ...]:
-    """Return the nodes of bearings and contact sites, which get residual shapes; without any, those of the ends."""
+    """Return the nodes of bearings and contact sites, which get residual shapes; if there are none, the end nodes."""
     nodes = {*rotor.site_nodes, *rotor.bearing_nodes} or {1, len(rotor.shaft.nodes)}
     return tuple(sorted(nodes))
 

@@ -4,11 +4,11 @@ Near a resonance a response is h = a/(x - x_0 - j sigma), so that the inverse of
 
     |h|^-2 = ((x - x_0)^2 + sigma^2)/|a|^2                                                        (1)
 
-Three samples determine x_0 and sigma, even of a peak that is much sharper than their distances. If the parabola
-predicts a higher maximum than the samples, or they are too far apart, samples are added at x_0 + sigma tan(psi), which
-divides the circle of h evenly, and halfway between a maximum and a neighbour that is less than half as high.
+Three samples determine x_0 and sigma, even of a peak that is much narrower than their spacing. If the parabola predicts
+a higher maximum than the samples, or they are too far apart, samples are added at x_0 + sigma tan(psi), which divides
+the circle of h evenly, and halfway between a maximum and a neighbour that is less than half as high.
 
-Three samples of any other curve do not show a peak that is narrower than their distances: they may lie evenly on its
+Three samples of any other curve do not show a peak that is narrower than their spacing: they may lie evenly on its
 flanks, about a sample that is not its top. A maximum is therefore accepted only if the second differences at its
 neighbours are about as large as at the maximum; otherwise the intervals about it are halved. A maximum at an end is
 accepted if a sample close to it is lower.
@@ -120,7 +120,7 @@ def _additional_samples(x: Array, h: Array, accuracy: float, may_resonate: bool)
 
 
 def _may_be_narrow(x: Array, h: Array, k: Indices, curve: Indices) -> Array:
-    """Return which maxima, at samples k + 1 of their curves, may be narrower than the distances of the samples."""
+    """Return which maxima, at samples k + 1 of their curves, may be narrower than the spacing of the samples."""
     slopes = np.pad(np.diff(h, axis=0) / np.diff(x)[:, None], ((1, 1), (0, 0)))  # none beyond the ends
     distances = np.pad(np.diff(x), 1, mode="edge")
     widths = np.stack([distances[k + n] + distances[k + n + 1] for n in range(3)])

@@ -104,7 +104,7 @@ def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
 
 
 def _non_collocated(bearing: SavedBearing) -> Iterator[str]:
-    """Yield a note on a magnet whose sensors are at another node; ROSS assumes that its control acts there, too."""
+    """Yield a note on a magnet whose sensors are at another node; ROSS feeds back the motion at the magnet instead."""
     magnet = magnet_of(bearing)
     if magnet is not None and magnet.sensor_node != bearing.n:
         yield (

@@ -1,7 +1,7 @@
 """Coefficients over speed in a file of ROSS before version 3, which interpolates them by splines.
 
-Its spline is cubic and smooths four speeds or more; it is a parabola through three, a line through two. A rotor file
-interpolates monotonically between the speeds of its table, so its table needs more speeds to match the spline.
+For four speeds or more its spline is cubic and smooths the values; for three it is a parabola, for two a line. A rotor
+file interpolates monotonically between the speeds of its table, so its table needs more speeds to match the spline.
 """
 
 from __future__ import annotations

@@ -1,16 +1,16 @@
 """The rotor for analyses of sampled control: the modes that the samples see, at any frequency.
 
-Control with currents that are held over a sample T excites every mode, and takes a fast mode for a slow one. A mode of
-frequency omega and damping ratio zeta, with the displacements phi_f where forces act and phi_s at sensors, per unit of
-modal mass, answers a harmonic sequence of such currents with at most about
+Control with currents that are held over a sample T excites every mode, and mistakes a fast mode for a slow one. A mode
+of frequency omega and damping ratio zeta, with the displacements phi_f where forces act and phi_s at sensors, per unit
+of modal mass, answers a harmonic sequence of such currents with at most about
 
     phi_f phi_s/omega^2  2/(1 - exp(-zeta omega T))  1/sqrt(1 + (omega/omega_b)^2)                  (1)
 
-This is its static displacement times the amplification of its decay within a sample, times the gain of amplifiers of
-bandwidth omega_b at its frequency. All modes up to a frequency are retained, and so are higher modes that respond with
-more than `SMALL` of the rotor's motion at half the sample rate. The others act through their residual shapes, all of
-which are retained (`free_rotor.residual_modes`). A residual shape combines several modes and is not a mode itself: it
-is damped so strongly that samples see only its static displacement.
+This is its static displacement times the amplification that its decay within a sample allows, times the gain of
+amplifiers of bandwidth omega_b at its frequency. All modes up to a frequency are retained, and so are higher modes that
+respond with more than `SMALL` of the rotor's motion at half the sample rate. The others act through their residual
+shapes, all of which are retained (`free_rotor.residual_modes`). A residual shape combines several modes and is not a
+mode itself: it is damped so strongly that samples see only its static displacement.
 """
 
 from __future__ import annotations

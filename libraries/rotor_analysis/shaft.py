@@ -91,7 +91,7 @@ class Shaft:
         return next((k for k, place in enumerate(self.nodes, start=1) if abs(place - z) <= SAME_PLACE), None)
 
     def with_nodes_at(self, places: Iterable[float]) -> Shaft:
-        """Return the same shaft with additional nodes at `places` (m) and the ends of sleeves, within its ends."""
+        """Return the same shaft with additional nodes at `places` (m) between its ends, and at the ends of sleeves."""
         z = list(self.nodes)
         for place in (*places, *(end for sleeve in self.sleeves for end in (sleeve.begin, sleeve.end))):
             if all(abs(place - other) > SAME_PLACE for other in z):

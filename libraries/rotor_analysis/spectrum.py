@@ -47,7 +47,7 @@ def eigenvalues(model: Matrices, Omega: float) -> Complex:
 
 
 def slowest_eigenvalues(model: Matrices, Omega: float, count: int) -> Complex:
-    """Return the eigenvalues (rad/s) of (1) nearest to zero at Omega (rad/s), with those of `count` vibrations or more.
+    """Return the eigenvalues (rad/s) of (1) nearest to zero at Omega (rad/s), with at least `count` vibrations.
 
     The method is Arnoldi's with inverse iteration (ARPACK); for a small model, or with hysteretic damping, all
     eigenvalues are computed. Slow vibrations that are strongly damped may be farther from zero.
@@ -169,7 +169,7 @@ def _multiplicity_of_zero(model: Matrices, Omega: float, D: Array | Complex | No
 def _first_order(
     model: Matrices, Omega: float, D: Array | Complex | None = None
 ) -> tuple[Array | Complex, Array | Complex]:
-    """A z = lambda / w B z for z = (q, q' / w), w the unit of frequency; forces count in the largest norm of a term."""
+    """A z = lambda / w B z for z = (q, q' / w), in units w of frequency and the largest norm of a term of force."""
     require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
     model = model.at(Omega)
     w, K, resistance = FREQUENCY_SCALE, model.K if D is None else model.K + D, model.C + Omega * model.G

@@ -34,7 +34,7 @@ def carried_masses(rotor: Rotor, springs: Mapping[str, float] | None = None) -> 
     Raises
     ------
     ValueError
-        If the bearings do not support the rotor, such as a single bearing.
+        If the bearings do not support the rotor, for example because there is only one.
     """
     springs = springs or {}
     rigid, stiff = _supports(rotor, springs)
@@ -74,7 +74,7 @@ def carried_with_seals(rotor: Rotor, springs: Mapping[str, float], Omega: float)
 
 
 def carried_at(rotor: Rotor, nodes: Sequence[int], springs: Sequence[tuple[int, float]] = ()) -> list[float]:
-    """Return the mass (kg) that each support, aligned and at `nodes`, and each spring, at a node (N/m), carries by (1).
+    """Return the mass (kg) that each aligned support at `nodes` and each spring (N/m, by node) carries by (1).
 
     Seals are omitted.
     """

@@ -33,8 +33,8 @@ def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array
     Returns
     -------
     frequencies, shapes
-        omega (rad/s), ascending, shape (n,), negative where motion diverges as exp(-omega t); phi with
-        phi^T M phi = 1 over the x of the coordinates, in columns.
+        omega (rad/s), ascending, shape (n,), negative where motion diverges as exp(-omega t); phi with phi^T M phi = 1
+        over the x coordinates, in columns.
     """
     at_rest = supported.at(0.0)
     supports = (*rotor.bearings, *rotor.seals)

@@ -12,7 +12,7 @@ sum of steps drifts by up to n^2 1e-16 h, 2e-5 h after a million steps. The last
 as its end: the sample of an instant there is late by at most `TOLERANCE` h, while others are early by up to h. If a sum
 has drifted further, samples are taken a step earlier. With h = T no sample is lost, because a step takes at most one.
 
-A step longer than T would contain two instants but contain inputs for only the first.
+A step longer than T would contain two instants, but have inputs for only the first.
 """
 
 from __future__ import annotations

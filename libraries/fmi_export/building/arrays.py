@@ -3,7 +3,7 @@
 Variables named after a place stay scalars in FMI 3.0: bearing axes, discs and contact sites are wired in sequence and
 looked up by name (`seal.f_n`). Numbered variables and matrices become arrays: the sensors of plant and controller,
 which one connection joins, their weights and scales, the sensor planes, and the identified receptance. The elements of
-an array are consecutive in the table, row by row, so that it is a slice of the model's flat arrays.
+an array are consecutive in the table, row by row, so that the array is a slice of the model's flat arrays.
 
 Positions in the table are value references; an array has the reference of its first element. For hosts that read one
 value per reference, a model can be made `without_arrays`: each element is then a variable, as in FMI 2.0.

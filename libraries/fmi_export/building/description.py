@@ -72,7 +72,7 @@ def describe(
     Parameters
     ----------
     abilities
-        Attributes that are true for the slave in co-simulation, as named by the version.
+        Attributes that are true for the slave in co-simulation, by their names in this version of FMI.
     enumeration
         Function that adds a named Enumeration to the types, and returns the element of its items.
     further

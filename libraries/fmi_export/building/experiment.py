@@ -11,7 +11,7 @@ Modelica Association (github.com/modelica/ma-hs-experiments):
 
 It consists of ten usual steps from the start values. Inputs with a nominal size (displacements, currents and forces)
 are set to different values of a few per cent of it. The results were computed by FMPy with the engine of this machine;
-other C libraries differ in the last bits.
+with other C libraries the results differ in the last bits.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ Columns = dict[str, list[Any]]
 def experiment_files(model: Model, constants: Array, by_slot: bool = False) -> dict[str, bytes]:
     """Return the files of the experiment by their paths in an FMU.
 
-    There are none if this machine has no shipped or cached engine, because none is compiled for this purpose, or if the
-    model cannot take these steps.
+    There are no files if this machine has no shipped or cached engine, because no engine is compiled for this purpose,
+    or if the model cannot take these steps.
 
     Parameters
     ----------

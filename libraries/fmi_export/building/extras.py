@@ -26,7 +26,7 @@ def require_extra(extra: str, purpose: str, *packages: str) -> None:
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs an extra, or from the clone if the package was installed from one (PEP 610)."""
+    """Return the command that installs an extra: from the clone, if the package was installed from one (PEP 610)."""
     try:
         source = json.loads(distribution(DISTRIBUTION).read_text("direct_url.json") or "{}")
     except PackageNotFoundError:

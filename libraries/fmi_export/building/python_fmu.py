@@ -2,7 +2,7 @@
 
 The archive is like that of `pythonfmu.builder`, which is not used: it imports the script under a name that an FMU of
 the same model may already use in this process, and takes libraries from the copy of PythonFMU that was imported first,
-which may be that of an FMU and have no libraries.
+which may be a copy in an FMU, without libraries.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def python_guid(model: Model, constants: Array) -> str:
 
 
 def what_it_needs() -> str:
-    """Return sentences on the requirements of an FMU built here for the importing process."""
+    """Return sentences on what an FMU built here requires of the importing process."""
     library, _ = _this_python()
     effect = (
         f"starts this machine's Python, {library}" if library else "cannot run it: this Python has no shared library"

@@ -343,7 +343,7 @@ def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, w
 
 
 def _revolution(text_unit: str, unit: str) -> Fraction:
-    """Return 2 pi if `text_unit` is a reciprocal time and `unit` an angular velocity, 1/(2 pi) if reversed, or else 1.
+    """Return 2 pi if `text_unit` is a reciprocal time and `unit` an angular velocity, 1/(2 pi) vice versa, or else 1.
 
     Pint treats a radian as 1, so 16 Hz would silently become a speed of 16 rad/s.
     """

@@ -33,7 +33,7 @@ def guard(platform: str) -> Engine:
 
 
 def guard_place(platform: str) -> Path:
-    """Return the place of the guard, below the folder of all engines."""
+    """Return the path of the guard, relative to the folder of all engines."""
     return Path(platform, f"guard-{guard_key()}")
 
 
@@ -66,6 +66,6 @@ def _beside(*names: str) -> tuple[str, ...]:
 
 
 def library_names(model: str, platform: str) -> tuple[str, str]:
-    """Return the paths in an FMU of the guard and of PythonFMU's library."""
+    """Return the paths of the guard and of PythonFMU's library in an FMU."""
     suffix = PLATFORMS[platform][0]
     return f"binaries/{platform}/{model}{suffix}", f"binaries/{platform}/{model}_pythonfmu{suffix}"

@@ -1,4 +1,4 @@
-"""Compiles sources to shared libraries for every platform, and to WebAssembly, by the C compiler of `ziglang`."""
+"""Compiles sources to shared libraries for every platform, and to WebAssembly, with the C compiler of `ziglang`."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ def _zig(arguments: list[str], folder: Path) -> str:
 
 
 def _cache(folder: Path) -> dict[str, str]:
-    """Return zig's cache setting: none if the usual cache is private, otherwise a place in `folder`."""
+    """Return zig's cache setting: none if the usual cache is private, otherwise a path in `folder`."""
     usual = platformdirs.user_cache_path("zig", appauthor=False)
     with suppress(OSError):
         usual.mkdir(parents=True, exist_ok=True)

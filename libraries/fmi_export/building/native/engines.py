@@ -1,7 +1,7 @@
 """Engines: the machine code of models for a platform, independent of interface and constants.
 
-An engine is the slave in C and the two lowered kernels of a model, or of each model of an assembly. It comes with the
-installed package or from the user's cache, or is compiled now.
+An engine is the slave in C and the two lowered kernels of a model, or of each model of an assembly. It is shipped in
+the installed package, taken from the user's cache, or compiled when it is needed.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Engine:
 def engine_key(models: Sequence[Kernels]) -> str:
     """Return an identifier, 32 hexadecimal digits, that changes only with the code of kernels and slave.
 
-    It requires neither numba nor the C compiler.
+    Computing it requires neither numba nor the C compiler.
     """
     return digest_of([_kernels(model) for model in models], *C_SOURCES, *LOWERING, *COMPILING)
 
@@ -85,7 +85,7 @@ def engine(models: Sequence[Kernels], platform: str) -> Engine:
 
 
 def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
-    """Return the library at a place below the shipped or cached ones; if it is not there, compile and cache it.
+    """Return the shipped or cached library at a relative path; if there is none, compile and cache it.
 
     Damaged libraries are ignored.
     """

@@ -56,7 +56,7 @@ def native_fmu(
     platforms
         FMI names of the platforms, or `all`; default: this machine's. See `compiler.TARGETS`.
     fmi
-        Version of FMI: 2.0 or 3.0. The engine, the data except the guid, and the results are the same.
+        Version of FMI: 2.0 or 3.0. The engine, the data except the guid, and the results are the same for both.
     arrays
         Whether an FMU of FMI 3.0 has array variables; otherwise each element is a variable, as in FMI 2.0.
     sources

@@ -31,7 +31,7 @@ def portable_sources(model: Model, fmi: Literal[2, 3]) -> dict[str, str]:
     Raises
     ------
     ValueError
-        If the kernels must be lowered and numba is missing, or they contain code without counterpart in C.
+        If the kernels must be lowered and numba is missing, or they contain code without a counterpart in C.
     """
     if fmi == 3:
         files = [name for name in (*SLAVE, *SLAVE3) if "fmi2" not in name]

@@ -1,8 +1,8 @@
 """Reads LLVM assembly, as `lowering` writes it: types, constants, operands, functions with their blocks.
 
 It supports only the types that kernels use: integers of 1, 8, 16, 32 and 64 bits, double, addresses, arrays and
-structures of these. Anything else is a ValueError that names it. Attributes and metadata are skipped, because they only
-permit optimisations.
+structures of these. Anything else raises a ValueError that names it. Attributes and metadata are skipped, because they
+only permit optimisations.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ def write_call(body: FunctionBody, line: Line) -> None:
     Raises
     ------
     ValueError
-        If it calls an intrinsic without counterpart.
+        If it calls an intrinsic without a counterpart.
     """
     line.skip(*FLAGS)
     line.attributes()

@@ -88,7 +88,7 @@ def _compare(body: FunctionBody, line: Line) -> None:
 
 
 def _compare_reals(body: FunctionBody, line: Line) -> None:
-    """Write a comparison; with NaN, ordered ones are false, unordered ones true, and those of C false except `!=`."""
+    """Write a comparison; with NaN, ordered ones are false, unordered ones are true, and C's are false except `!=`."""
     line.skip(*FLAGS)
     order = line.word()
     a, b = map(body.scalar, _pair(line))

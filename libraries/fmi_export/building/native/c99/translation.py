@@ -1,9 +1,9 @@
 """Translates LLVM assembly to C99, for targets without a compiled library.
 
-Each function becomes one of C, each block a label, each branch a `goto`. A phi, whose value depends on where control
-comes from, has two variables: each branch to its block writes the first, and the block begins by copying the first of
-every phi to the second, since they change at once. `instructions.py` and `calls.py` translate instructions, `values.py`
-values, and `translated.h` contains the macros of the generated code.
+Each function becomes a C function, each block a label, each branch a `goto`. A phi, whose value depends on where
+control comes from, has two variables: each branch to its block writes the first, and the block begins by copying the
+first of every phi to the second, since they change at once. `instructions.py` and `calls.py` translate instructions,
+`values.py` values, and `translated.h` contains the macros of the generated code.
 
 Floating-point operations keep the order of the assembly and call C's mathematical library. If the compiler neither
 contracts nor reorders them, the results equal those of LLVM's machine code bit by bit. Vectors are not supported;
