@@ -169,7 +169,7 @@ def _multiplicity_of_zero(model: Matrices, Omega: float, D: Array | Complex | No
 def _first_order(
     model: Matrices, Omega: float, D: Array | Complex | None = None
 ) -> tuple[Array | Complex, Array | Complex]:
-    """A z = lambda / w B z for z = (q, q' / w), in units w of frequency and the largest norm of a term of force."""
+    """A z = lambda / w B z for z = (q, q' / w), scaled by the frequency w and the largest norm of a force term."""
     require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
     model = model.at(Omega)
     w, K, resistance = FREQUENCY_SCALE, model.K if D is None else model.K + D, model.C + Omega * model.G

@@ -21,7 +21,7 @@ class Commands(PackCommands):
     """Commands that end with a message and an exit code on Ctrl-C and SIGTERM."""
 
     def main(self, *args: Any, **options: Any) -> Any:
-        """Run a command whose texts cannot control the terminal."""
+        """Run a command so that the texts it prints cannot control the terminal."""
         with printable_streams():
             return super().main(*args, **options)
 

@@ -73,7 +73,7 @@ def interrupted(message: str) -> Failed:
 
 
 def refuse_empty_record(outcome: Outcome) -> None:
-    """Raise an error if a run was interrupted before it recorded anything, which would replace an older result."""
+    """Raise an error if a run was interrupted before it recorded anything: it would replace an older result."""
     if outcome.status == "interrupted" and outcome.time <= 0.0:
         raise interrupted("interrupted before anything was recorded; nothing was written")
 

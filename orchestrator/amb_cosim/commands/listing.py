@@ -135,7 +135,7 @@ def _items(entries: Iterable[ListedItem]) -> list[ListedItem]:
 def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None:
     """Return the result of a function that reads a file of a pack, or None with a warning if the file is invalid.
 
-    A command warns about the first files of each pack, and says that there are more.
+    A command warns about the first invalid files of each pack, and reports if there are more.
     """
     from amb_files.packs import pack_of
 

@@ -36,7 +36,7 @@ def results_of(name: str | Path) -> Path:
 
 
 def former_option(name: str, present: str) -> Option:
-    """Return a hidden option that is refused, with a hint at the option that replaces it."""
+    """Return a hidden option that is refused, with a hint that names the option that replaces it."""
 
     def refuse(_: click.Context, __: click.Parameter, value: str | None) -> None:
         if value is not None:

@@ -37,13 +37,13 @@ class PackCommands(click.Group):
         return super().resolve_command(ctx, args)
 
     def add_section(self, title: str, *commands: click.Command) -> None:
-        """Add commands, and list them in the section with a title, after those that it already contains."""
+        """Add commands, and list them in the section with this title, after those that it already contains."""
         for command in commands:
             self.add_command(command)
         self.list_in_section(title, *(command.name or "" for command in commands))
 
     def list_in_section(self, title: str, *names: str) -> None:
-        """List commands, which may be added later, in the section with a title, after those already in it."""
+        """List commands, which may be added later, in the section with this title, after those already in it."""
         self.sections.setdefault(title, []).extend(names)
 
     def add_examples(self, examples: Mapping[str, Sequence[str]]) -> None:

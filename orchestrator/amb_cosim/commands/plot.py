@@ -24,8 +24,8 @@ TABLES = (".csv", ".mat")
 def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: str | None, until: str | None) -> None:
     """Draw variables of a saved run over time, or export them.
 
-    A VARIABLE is a name with or without its component, or a pattern: left.x, '*.f_n'. The name of a figure draws that:
-    orbits, turns, contact, .... The suffix of the output defines the format.
+    A VARIABLE is a name with or without its component, or a pattern: left.x, '*.f_n'. The name of a figure (orbits,
+    turns, contact, ...) draws that figure. The suffix of the output defines the format.
     """
     from amb_cosim.results.plots import MODULES, figure
     from amb_cosim.results.result import Result

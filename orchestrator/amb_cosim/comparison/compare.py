@@ -147,8 +147,8 @@ def compare(
 ) -> Comparison:
     """Run scenarios, or read results, and return them side by side.
 
-    Settings, rotor and flavour apply to all runs, or are a sequence with one value per source. Settings for all do not
-    affect saved results. Ctrl-C interrupts the present run and skips the rest.
+    Settings, rotor and flavour apply to all runs, or are a sequence with one value per source. Settings for all runs do
+    not affect saved results. Ctrl-C interrupts the present run and skips the rest.
 
     Parameters
     ----------

@@ -144,7 +144,7 @@ def _motion(runs: Runs, bearing: str, falls: bool) -> tuple[str, list[Array | No
 
 
 def contact(runs: Runs, sites: list[str]) -> Figure:
-    """Draw the normal contact force at each site along the run, its mean over 1 ms thick, and mark the largest mean.
+    """Draw the normal contact force at each site over the run, its 1 ms mean as a thick line, with the largest marked.
 
     The first impacts of falls are enlarged beside them.
     """
@@ -173,7 +173,7 @@ def _is_changing(runs: Runs) -> bool:
 
 
 def _first_impacts(runs: Runs) -> tuple[float, float] | None:
-    """Return the limits of the time axis with the first impacts of all runs that fall; None if no run falls."""
+    """Return the limits of the time axis with the first impacts of all runs with a fall; None if there is no fall."""
     changing = _is_changing(runs)
     drawn = [(run, first) for run in runs.values() if (first := first_impacts(run)) is not None]
     sizes = [1.0 if changing else float(run.attrs["period_s"]) for run, _ in drawn]
@@ -188,7 +188,7 @@ def _along_the_run(
 ) -> tuple[Figure, NDArray[np.object_]]:
     """Return a figure with a panel for each name, over cycles (or time, if a speed varies), and its columns of panels.
 
-    The second column, of runs that fall, enlarges the first impacts.
+    If the rotor falls in any run, a second column enlarges the first impacts.
     """
     zoom = _first_impacts(runs)
     size = (7.6 if zoom is None else 10.4, 2.2 * len(names) + 0.8)

@@ -87,7 +87,7 @@ class LinearController:
         return BuildTarget(flavour, platforms, fmi).build(*self.model_and_constants, Path(folder))
 
     def save(self, path: str | Path) -> Path:
-        """Write it as plain arrays (`.npz`, `.mat`), which `linear_controller` can read; return the path."""
+        """Write the controller as plain arrays (`.npz`, `.mat`) that `linear_controller` can read; return the path."""
         from amb_cosim.controllers.array_file import write_arrays
 
         facts = {
@@ -102,7 +102,7 @@ class LinearController:
         return write_arrays(Path(path), self.laws, facts)
 
     def __repr__(self) -> str:
-        """Return a text that identifies it by a digest of its FMU's interface and constants."""
+        """Return a text that identifies the controller by a digest of its FMU's interface and constants."""
         model, constants = self.model_and_constants
         digest = hashlib.sha256(model.interface.canonical() + constants.tobytes()).hexdigest()[:32]
         return f"{type(self).__name__}({digest})"

@@ -27,7 +27,7 @@ class FmuError(RuntimeError):
 class StepFailed(RuntimeError):
     """A component did not complete a step; `component` and `time` (s) identify it.
 
-    `end` is the value of the `FmuError` if the component ends the run in this step.
+    `end` is copied from the `FmuError` if the component ends the run in this step.
     """
 
     def __init__(self, component: str, time: float, reason: str, end: float | None = None) -> None:
@@ -39,7 +39,7 @@ class StepFailed(RuntimeError):
 
     @classmethod
     def by(cls, component: str, time: float, error: Exception, cause: str = "") -> StepFailed:
-        """Return the error for a component whose step from `time` (s) raised another one; `cause` ends its reason."""
+        """Return the error for a component whose step from `time` (s) raised another; its reason ends with `cause`."""
         if isinstance(error, FmuError) and error.end is not None:
             return cls(component, time, f"{component} ended the run ({error.log_text})", error.end)
         return cls(component, time, f"{error}{cause}")

@@ -1,7 +1,7 @@
 """Systems in one FMU: the levitated rotor, or any system of models, with a scenario's start values.
 
-FMPy's container cannot hold it: it only takes multiples of one fixed step, and saves no state, so a step can neither be
-divided at the samples, with sums over its parts, nor be repeated.
+FMPy's container cannot hold such a system: the container only takes multiples of one fixed step, and saves no state, so
+a step can neither be divided at the samples, with sums over its parts, nor be repeated.
 """
 
 from __future__ import annotations

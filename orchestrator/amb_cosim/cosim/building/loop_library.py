@@ -51,7 +51,7 @@ def load_library() -> CDLL | None:
 
 
 def loop_place(platform: str) -> Path:
-    """Return the path of the library for a platform, below the common folder."""
+    """Return the path of the library for a platform, relative to the common folder."""
     return Path(platform, f"loop-{digest_of(_local_sources(), *SOURCES)}{PLATFORMS[platform][0]}")
 
 

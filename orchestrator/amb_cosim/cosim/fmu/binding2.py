@@ -156,7 +156,7 @@ def _receive(environment: Any, instance: bytes | None, status: int, category: by
     """Append a log message to the log of its instance.
 
     fmpy has one logger per process. A PythonFMU FMU calls the logger of the last created instance, and names its
-    instance in the text; others may name no instance, or a wrong one, and are identified by the environment.
+    instance in the text; other FMUs may name no instance, or a wrong one, and are identified by the environment.
     """
     text = (message or b"").decode("utf-8", "replace").strip()
     named, _, rest = text.partition(": ")

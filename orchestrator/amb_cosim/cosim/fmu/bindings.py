@@ -19,7 +19,8 @@ MOST_WARNINGS, MOST_INFORMATION = 100, 10  # stored per instance; of faults, as 
 
 class Log:
     """Messages of an instance, with their status: the first `MOST_WARNINGS` warnings, the last `MOST_INFORMATION`
-    messages without a fault, and as many of the first and the last faults. `in_words` replaces references in a text.
+    messages without a fault, and the first `MOST_WARNINGS` and last `MOST_INFORMATION` faults. `in_words` replaces
+    references in a text.
     """
 
     def __init__(self) -> None:

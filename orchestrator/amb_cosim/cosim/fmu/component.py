@@ -160,7 +160,7 @@ class FmuComponent:
         self._guard("DoStep", self._binding.step, time, step_size)
 
     def derivatives(self, unknowns: Sequence[str], knowns: Sequence[str]) -> Array:
-        """Return the directional derivatives of unknowns by knowns of an FMU of FMI 2.0, shape (unknowns, knowns)."""
+        """Return the derivatives of unknowns with respect to knowns (FMI 2.0 only), shape (unknowns, knowns)."""
         rows, columns = ([self._interface.port(v, self.name).reference for v in names] for names in (unknowns, knowns))
         unknown = (c_uint * len(rows))(*rows)
         result = np.zeros((len(columns), len(rows)))
@@ -229,12 +229,12 @@ class FmuComponent:
         return self._numbers(self._state)
 
     def present(self) -> Array:
-        """Return the present state as numbers of this form, valid until the next call."""
+        """Return the present state as numbers in the layout of `memory`, valid until the next call."""
         self._call("GetFMUState", byref(self._after))
         return self._numbers(self._after)
 
     def answer(self, time: float, step_size: float) -> Array:
-        """Step from the stored state (s), and return the memory after the step, valid until the next call."""
+        """Step from the stored state (times in s), and return the memory after the step, valid until the next call."""
         self._guard(None, self._step_from_state, self._binding, time, step_size)
         return self._numbers(self._after)
 

@@ -149,7 +149,7 @@ class FmuInterface:
     process can have only one instance of an FMU that is `once_per_process`. `texts` are its String and Binary
     variables. `deviations` are the rules of FMI that its description breaks, and `internal_step` and `tolerance` the
     step size (s) and the relative tolerance of its default experiment. `reports_faults`: it was made by this project,
-    whose output `fault_code` is 0 without a fault.
+    so its output `fault_code` is 0 without a fault.
     """
 
     identifier: str
@@ -183,7 +183,7 @@ class FmuInterface:
         return {port.name: port.start for port in self.of("parameter")}
 
     def elements(self, name: str, place: tuple[int, ...] = ()) -> tuple[Port, ...]:
-        """Return the variable `name`, the elements of the array, row by row, or one element of it."""
+        """Return the variable `name`; for an array, all its elements, row by row, or the one that `name` indexes."""
         if name in self.ports and not place:
             return (self.ports[name],)
         return tuple(p for p in self.ports.values() if p.array[:1] == (name,) and place in ((), p.array[1:]))

@@ -7,7 +7,7 @@ Entry points name models: a distribution that declares
 
 adds the model `lag_sensor`. `source(**options)` returns the `Model` and its constants; it uses the options (`rotor`,
 `receptances`, ...) that it names. Making a model imports its code and computes its constants; for a source declared
-with `made_from`, an existing FMU does not require this.
+with `made_from`, this is skipped if the FMU already exists.
 """
 
 from __future__ import annotations
@@ -234,7 +234,8 @@ def note_first_loading(fmu: Fmu) -> None:
 def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model, built and extracted into the user's cache unless it is already there completely.
 
-    It is built for this machine. Its folder is named by its sources and changes with interface, code and constants.
+    It is built for this machine. Its folder is named after a digest of its sources, which changes with interface, code
+    and constants.
 
     Raises
     ------

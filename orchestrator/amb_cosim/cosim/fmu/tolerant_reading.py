@@ -3,7 +3,7 @@
 FMPy checks the schema and more. A description that it refuses is read without that check if it contains everything that
 a run needs: identifiers, and a name, a type and a value reference for each variable. Breaches that FMPy cannot read are
 corrected first: parameters with continuous variability (the default of FMI 2.0) become fixed, types that are not
-defined and unknowns of no variable are ignored, and a version 2.0.x counts as 2.0.
+defined and unknowns that refer to no variable are ignored, and a version 2.0.x counts as 2.0.
 """
 
 from __future__ import annotations

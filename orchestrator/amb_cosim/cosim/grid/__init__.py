@@ -1,1 +1,1 @@
-"""When does a run have values, and which inputs has it then? Communication points, and inputs over time."""
+"""When does a run have values, and which inputs does it have then? Communication points, and inputs over time."""

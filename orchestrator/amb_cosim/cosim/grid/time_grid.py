@@ -35,7 +35,7 @@ def in_steps(time: float, h: float, origin: float = 0.0) -> float:
 class TimeGrid(NamedTuple):
     """Communication points t_n = t_0 + n h, except that a last step may be shorter.
 
-    `start` is t_0. Unless `last` is None, this point is at the time `stop`, less than h after the one before it.
+    `start` is t_0. Unless `last` is None, the point `last` is at the time `stop`, less than h after the one before it.
     """
 
     step_size: float

@@ -229,7 +229,7 @@ def _block(buffer: RecordBuffer, watch: FiniteWatch | None, begin: int, end: int
 
 
 def _see(watch: FiniteWatch | None, recorder: Recorder, block: RecordBuffer, begin: int, reached: int) -> None:
-    """Show the steps of a block to a watch, and record those that are recorded."""
+    """Show the steps of a block to a watch, and record those that the recorder stores."""
     first, n_recorded = max(begin, block.first), len(recorder.each)
     rows = block.steps_table[first - begin : reached + 1 - begin]
     if n_recorded and len(rows):
@@ -281,7 +281,7 @@ def _only(used: Bools, transfers: Sequence[Transfer]) -> list[Transfer]:
 def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[Indices], values: Array | None = None) -> Calls:
     """Collect the transfers of all components; `places` are positions of their variables in the value array.
 
-    If `values` is passed, the FMU itself writes Reals that are consecutive in it.
+    If `values` is passed, the FMU writes Reals that are consecutive in `values` directly to it.
     """
     flat = [t for group in transfers for t in group]
     positions = [place[t.where] for group, place in zip(transfers, places, strict=True) for t in group]

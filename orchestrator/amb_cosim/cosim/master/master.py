@@ -200,8 +200,9 @@ class Master(Generic[P]):
     def complete(self, i: int, n: int, end: float) -> bool:
         """Complete the step from point n in which component i ended the run at `end` (s).
 
-        Return whether all values then belong to that time: a single component has them, and several have them at point
-        n + 1, unless the coupling is iterative or the component does not step at every point.
+        Return whether all values then belong to that time. They do for a single component, and for several components
+        if the time is that of point n + 1 and the coupling is not iterative, but never if the component does not step
+        at every point.
         """
         is_at_point = self.grid.is_at(n + 1, end) and self.coupling != "iterative"
         if self.components[i].every > 1 or not (is_at_point or len(self.components) == 1):
@@ -247,7 +248,7 @@ class Master(Generic[P]):
                 self._guarded(n, component, self._fetch_outputs, i)
 
     def _jacobi(self, n: int, first: int = 0) -> None:
-        """Step from point n, from component `first` on if all before it have their inputs and have stepped."""
+        """Step from point n; with `first` above 0, inputs have been sent, and the components before it have stepped."""
         due = [(i, c) for i, c in enumerate(self.components) if n % c.every == 0]
         for i, component in due if first == 0 else ():
             self._guarded(n, component, self._send_inputs, i)

@@ -48,7 +48,7 @@ class StateMap:
     Parameters
     ----------
     component
-        Some steps after its start.
+        The component, some steps after its start.
     interface
         Its interface.
     names

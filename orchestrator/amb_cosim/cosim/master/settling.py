@@ -288,7 +288,7 @@ def check_stability(T: Array, step_size: float) -> None:
 
 
 def _turning(parts: Sequence[StateMap]) -> StateMap:
-    """Return the part with an angle; raises CannotSettle unless exactly one part has it."""
+    """Return the part with an angle; raises CannotSettle unless exactly one part has an angle."""
     turning = [part for part in parts if part.angle is not None]
     if len(turning) != 1:
         raise CannotSettle(f"{len(turning)} components output a rotor angle; there must be one")

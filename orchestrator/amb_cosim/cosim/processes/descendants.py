@@ -25,7 +25,7 @@ def adopt_orphans() -> None:
 
 
 def continue_without_parent() -> None:
-    """Let this process continue and end itself if its parent ends while it is stopped (if the system supports it)."""
+    """Let this process continue and end itself if its parent ends while this process is stopped (where supported)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGCONT, 0, 0, 0)
 

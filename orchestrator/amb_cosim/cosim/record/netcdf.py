@@ -5,7 +5,8 @@ Files are created in memory, because HDF5 ends the process if a disk is full. Al
 bit is an error on reading. HDF5 provides no checksum for the lists of chunks; from a damaged list it reads zeros, or
 never returns. Four bytes after the end, which HDF5 ignores, are a CRC-32 of the file.
 
-A slash in a name would be a path of HDF5, so `one.p/q` is stored under another sign, with its name as an attribute.
+HDF5 would read a slash in a name as a path, so `one.p/q` is stored with another character, and its name as an
+attribute.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ def stored_names(names: Iterable[str]) -> dict[str, str]:
 
 
 def with_own_names(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a data set from a file with the names of its variables; raises ValueError if two names are equal."""
+    """Return a data set from a file with the original names of its variables; raises ValueError if two are equal."""
     names = {name: variable.attrs[NAME] for name, variable in dataset.data_vars.items() if NAME in variable.attrs}
     for name in names:
         if not isinstance(names[name], str):

@@ -1,4 +1,4 @@
-"""Checks a NetCDF file from elsewhere before its data are read, which must lie in this file and fit into it.
+"""Checks a NetCDF file from elsewhere before it is read: all its data must lie in this file and fit into it.
 
 HDF5 follows links and storage into other files, whose bytes would appear in tables and figures. It also allocates as
 much as a file announces: chunks that are not stored, that several arrays share, or that are compressed twice. A byte of

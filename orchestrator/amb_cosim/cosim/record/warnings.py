@@ -34,7 +34,7 @@ class WarningRecord:
     first, last
         First and last time at which it was true (s); the first may be before time 0, during settling.
     share
-        Share of the time from 0. `last` and `share` are None if the output was not recorded.
+        Share of the time from 0 on. `last` and `share` are None if the output was not recorded.
     """
 
     component: str

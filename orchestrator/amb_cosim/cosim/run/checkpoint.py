@@ -78,7 +78,7 @@ class Checkpoint:
     notice
         Reason why the motion before point 0 was simulated instead of solved for.
     signals, scales
-        Values of all signals by name, and the memory of iterative coupling, which is empty in any other.
+        Values of all signals by name, and the memory of iterative coupling, which is empty in any other coupling.
     recorded, points, table
         Names of the recorded variables, communication points, and a row of values for each.
     recorded_each, steps

@@ -21,7 +21,7 @@ SUPPLIES = {"output": True, "calculatedParameter": True} | dict.fromkeys(
 
 
 class Route(NamedTuple):
-    """The route of a value from a source to a connector, with the law that it passes.
+    """The route of a value from a source to a connector, with the law that is applied along it.
 
     `presumed` is the unit at the source that the law presumes, and `unit` the unit after it, or None if it has no unit.
     Indices refer to an element of an array.
@@ -79,7 +79,7 @@ class Nets:
             raise ValueError(f"{self.what}: a connection{system} joins {ends}; {problem}")
 
     def _supplies(self, node: Node, place: str) -> bool | None:
-        """Return whether a connector supplies the value of a connection of the system `place`; None if it may."""
+        """Return whether a connector supplies the value of a connection of system `place`; None if it may do either."""
         supplies = SUPPLIES.get(self.causality(node))
         is_inside = (node.kind, node.place) == ("system", place)
         return not supplies if is_inside and supplies is not None else supplies

@@ -89,7 +89,7 @@ def check(root: Any, schema: str, what: str) -> None:
 def _tidied(root: Any) -> Any:
     """Return a copy without groups that have no elements, and with groups in the order of the schema.
 
-    Some tools write empty groups, or use another order, neither of which has a meaning.
+    Some tools write empty groups, or use another order, neither of which changes the meaning.
     """
     copied = deepcopy(root)
     for group in [group for group in copied.iter(*map(tag, GROUPS)) if not len(group)]:

@@ -83,7 +83,7 @@ def _conversion(source: Unit, target: Unit) -> Law | None:
 
 
 def composed(first: Law, second: Law) -> Law:
-    """Return the law of a value that passes two laws in turn."""
+    """Return the law that is equivalent to two laws applied in turn."""
     return second[0] * first[0], second[0] * first[1] + second[1]
 
 

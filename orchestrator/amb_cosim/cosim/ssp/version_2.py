@@ -1,7 +1,7 @@
 """Additions of SSP 2.0 to SSP 1.0: arrays, the number types of FMI 3.0, meta data and signatures.
 
-Both share their namespaces, and a document of 2.0 without these follows the schema of 1.0, which FMPy contains; no
-schema of 2.0 is available.
+Both versions use the same namespaces, and a document of 2.0 without these additions follows the schema of 1.0, which
+FMPy contains; no schema of 2.0 is available.
 
 Modelica Association, System Structure and Parameterization, version 2.0, 2024, sections 4.5.6, 5.3 and 6.2.
 """

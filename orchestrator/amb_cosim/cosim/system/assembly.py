@@ -59,7 +59,7 @@ class Assembly:
         return result
 
     def assignments(self) -> Assignments:
-        """Return the values of the system's parameters, for additions."""
+        """Return the values of the system's parameters, to which others can be added."""
         return self._assignments.copy()
 
     def wiring(self, exogenous: Iterable[str], recorded: Iterable[str] = ()) -> SignalMap:

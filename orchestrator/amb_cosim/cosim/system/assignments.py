@@ -46,7 +46,7 @@ class Assignments:
         self.outputs = tuple(f"{component}.{name}" for component, name in outputs)
 
     def copy(self) -> Assignments:
-        """Return a copy of the values, for additions."""
+        """Return a copy of the values, to which others can be added."""
         other = copy(self)
         other.parameters = {component: dict(values) for component, values in self.parameters.items()}
         other.texts = {component: dict(values) for component, values in self.texts.items()}
@@ -102,8 +102,8 @@ class Assignments:
         Raises
         ------
         ValueError
-            As `set`; also for a nonzero value if a replacing component lacks the input: a load or fault without effect
-            would look harmless.
+            As for `set`; also for a nonzero value if a replacing component lacks the input: a load or fault without
+            effect would look harmless.
         """
         if self.lacks(name, "input") and not is_zero(raw):
             value = str(raw).lower() if isinstance(raw, bool) else raw

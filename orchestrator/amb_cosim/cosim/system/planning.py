@@ -150,7 +150,7 @@ def _end(experiment: Experiment, origin: float, system: System, values: Assignme
 
 
 def _settling(experiment: Experiment, common: int) -> tuple[Settling, list[str]]:
-    """Return how a run settles, and a notice if not as requested; its components step together every `common` steps.
+    """Return how a run settles, and a notice if not as requested; all components step together every `common` steps.
 
     Raises
     ------

@@ -28,7 +28,8 @@ def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
     Raises
     ------
     ValueError
-        If it cannot be read, has no inputs, its first column is not a rising time, or a value is not a number.
+        If it cannot be read or has no inputs, if the times in its first column do not ascend, or if a value is not a
+        number.
     """
     path = Path(file).resolve()
     return tuple(

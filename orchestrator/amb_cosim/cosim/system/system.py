@@ -164,8 +164,8 @@ class System:
     def divide(self, end: str) -> tuple[str, str]:
         """Return component and variable of a name, without a check.
 
-        The name of a component of a nested system, `axle.motor`, contains dots. A name of no component is divided at
-        the first dot.
+        The name of a component of a nested system, `axle.motor`, contains dots. A name that begins with no component's
+        name is divided at its first dot.
         """
         component, _, variable = end.partition(".")
         if component in self._by_name:

@@ -1,4 +1,4 @@
-"""Runs the experiments in an FMU (FMI-LS-REF) in a separate process, and compares with its results."""
+"""Runs the experiments in an FMU (FMI-LS-REF) in a separate process, and compares them with its reference results."""
 
 from __future__ import annotations
 
@@ -82,11 +82,11 @@ def _printable(text: str) -> str:
 
 
 def verify(fmu: str | Path) -> list[Verified]:
-    """Run the experiments in an FMU (FMI-LS-REF), and compare with their reference results.
+    """Run the experiments in an FMU (FMI-LS-REF), and compare the results with the reference results.
 
-    FMPy runs it in a separate process. Values must agree within 1e-6 of a variable's largest reference, or within the
-    experiment's `tolerance` if larger (at most 1e-3). Binaries, inputs, and parameters that the experiment sets are not
-    compared; the result names them. References only at the start verify nothing, and neither does a run that ends
+    FMPy runs the FMU in a separate process. Values must agree within 1e-6 of a variable's largest reference, or within
+    the experiment's `tolerance` if larger (at most 1e-3). Binaries, inputs, and parameters that the experiment sets are
+    not compared; the result names them. References only at the start verify nothing, and neither does a run that ends
     before them.
 
     Raises

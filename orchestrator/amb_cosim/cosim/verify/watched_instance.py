@@ -6,7 +6,7 @@ FMPy records numbers. An FMU can end a run in a step from t to t + h:
     FMI 3.0   terminateSimulation is true; values are then those at lastSuccessfulTime
 
 If the end is not stated, or is not between t and t + h, it is t, the end of the last completed step. FMPy repeats a
-step that is discarded without the request to end the run, and takes t + h as the end in FMI 3.0.
+step that is discarded without a request to end the run, and takes t + h as the end in FMI 3.0.
 """
 
 from __future__ import annotations
