@@ -6,7 +6,7 @@ import re
 
 
 def significant(value: float, digits: int = 4) -> str:
-    """Return a number with significant digits for any size, and as 15000, not 1.5e+04.
+    """Return a number of any size with significant digits, and 15000 rather than 1.5e+04.
 
     Examples
     --------

@@ -67,8 +67,8 @@ class JsonKey:
 def json_data(value: Any) -> Any:
     """Return a result as dicts, lists, numbers and texts for JSON.
 
-    Dataclasses become objects, and so do mappings (a number as a key is written with six digits, or with all if two
-    keys would be equal), arrays lists, complex arrays `{"real": .., "imaginary": ..}`, and NaN null.
+    Dataclasses and mappings become objects (a number as a key is written with six digits, or with all if two keys would
+    be equal), arrays become lists, complex arrays become `{"real": .., "imaginary": ..}`, and NaN becomes null.
 
     Raises
     ------

@@ -17,7 +17,7 @@ class PrintableConsole(Console):
 
     @property
     def file(self) -> IO[str]:
-        """The stream behind a `PrintableStream`, also if a bar of rich has placed its own stream in front of it."""
+        """The stream behind a `PrintableStream`, even if a bar of rich has placed its own stream in front of it."""
         stream = super().file
         inner: IO[str] = getattr(stream, "rich_proxied_file", stream)
         return inner

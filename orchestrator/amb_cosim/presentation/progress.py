@@ -74,7 +74,7 @@ def bars(console: Console, visible: bool | None = None, interval: float = INTERV
 
 @contextmanager
 def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
-    """Show a bar for one simulation, unless `progress` is a function; yield the function for the steps done."""
+    """Show a bar for one simulation, unless `progress` is a function; yield the function that takes the steps done."""
     if callable(progress):
         yield progress
         return

@@ -20,7 +20,7 @@ WIDEST = 10_000  # of a table in a file
 
 
 class TitledTable(Table):
-    """A table in the chosen units whose title is as wide as the console; rich breaks it at the width of the table."""
+    """A table in the chosen units whose title may be as wide as the console; rich breaks it at the table's width."""
 
     def __init__(self, title: str, headings: Sequence[str], left: Collection[str], gap: int) -> None:
         super().__init__(title=with_micro_signs(convert_units_in_text(title)), box=None, padding=(0, gap, 0, 0))
@@ -111,7 +111,7 @@ def exported(console: Console) -> str:
 
 
 def show_warnings(sentences: Iterable[str], console: Console | None = None, *, whole: bool = True) -> None:
-    """Print warnings, to standard output by default; each is cut to a line of a terminal unless it is `whole`."""
+    """Print warnings, to standard output by default; each is cut to one line of the terminal unless `whole` is set."""
     console = console or plain_console()
     lines = [f"warning: {convert_units_in_text(sentence)}" for sentence in sentences]
     cuts = console.is_terminal and not whole

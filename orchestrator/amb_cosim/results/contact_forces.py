@@ -94,7 +94,7 @@ def _accumulated_impulse(dataset: Signals, site: str) -> Array | None:
 
 
 def _largest_between(dataset: Signals, values: Array | None) -> Array | None:
-    """Return the largest of values of every step between the samples of a record, which are among the steps."""
+    """Return the largest value of the steps up to each sample of a record; the samples are among the steps."""
     steps = at_every_step(dataset)
     if values is None or steps is dataset or not dataset.sizes["time"]:
         return values

@@ -49,7 +49,7 @@ def loaded_interval(dataset: Signals) -> tuple[float, float]:
 
 
 def contact_share(dataset: Signals) -> dict[str, float | None]:
-    """Return the share of the time between disturbance and relief in each of `RotorPlaces.contact_states`."""
+    """Return the share of the time between disturbance and relief that each of `RotorPlaces.contact_states` lasts."""
     states = _while_loaded(dataset, "contact_state")
     values = range(len(places(dataset).contact_states))
     return {str(k): None if states is None else float(np.mean(states == k)) for k in values}
@@ -108,9 +108,9 @@ def recovery(dataset: Signals) -> Recovery | None:
     """Return the outcome of the run; None if it ends free without a disturbance, or if contact was not recorded.
 
     `stator` means that the rotor has touched the stator of a magnetic bearing at any time, and `unstable` that it
-    diverges without contact under power, see `stability`. Among the other rotors that have not `recovered`, one whose
-    magnets have no power at the end has `landed` on its retainers, even if it bounces or floats between them. A rotor
-    with power is `trapped` if contact outlasts its excitation:
+    diverges without contact although magnets are energised, see `stability`. Among the other rotors that have not
+    `recovered`, one whose magnets have no power at the end has `landed` on its retainers, even if it bounces or floats
+    between them. A rotor with energised magnets is `trapped` if contact outlasts its excitation:
 
         C > E - 1 cycle,    N(E) - N(L) >= 10 turns
 
@@ -157,7 +157,7 @@ def turns_since_change(dataset: Signals) -> float:
 
 
 def _stays(dataset: Signals, last: float) -> bool:
-    """Return whether a rotor under power whose last contact is in cycle `last` is trapped, see `recovery`."""
+    """Return whether a rotor with energised magnets and its last contact in cycle `last` is trapped, see `recovery`."""
     lasts = turns_since_change(dataset) >= TRAPPED_TURNS - ON_THE_GRID
     return (touches_at_the_end(dataset, last) and lasts) or bool(rolls_at_the_end(dataset))
 

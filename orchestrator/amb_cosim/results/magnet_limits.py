@@ -40,7 +40,7 @@ def magnet_force(dataset: Signals, axis: str) -> Array | None:
 
 
 def is_magnetic(dataset: Signals, bearing: str) -> bool:
-    """Return whether a bearing ever has power, and a current or force of it that is not always zero was recorded."""
+    """Return whether a bearing is ever energised, and a current or force of it that is not always zero was recorded."""
     axes = [f"{bearing}.{axis}" for axis in places(dataset).directions(bearing)]
     signals = (of(dataset, axis) for of in (control_current, magnet_force) for axis in axes)
     has_power = not all(amplifier_off(dataset, axis).all() for axis in axes)

@@ -35,7 +35,7 @@ class Use(NamedTuple):
 
 
 def magnet_use_rows(dataset: Signals) -> Iterator[tuple[str, str]]:
-    """Yield labels and texts of the largest current and force of all axes with power, from cycle 0 on."""
+    """Yield labels and texts of the largest current and force of all energised axes, from cycle 0 on."""
     current = largest_use(dataset, flowing_current, allowed_currents)
     if current is not None:
         value, limit = f"{abs(current.value):.3g}", f"{abs(current.limit):.3g}"

@@ -41,7 +41,7 @@ def steady_swing(times: Array, z: Complex, clearance: float, gravity: float) -> 
     z
         Displacement from the centre of the retainer (m), shape (n,).
     clearance, gravity
-        Of the retainer (m), and across the shaft (m/s^2).
+        Clearance of the retainer (m), and gravity across the shaft (m/s^2).
     """
     end = float(times[-1])
     if not gravity or 0.25 * end < SWINGS * 2.0 * math.pi * math.sqrt(clearance / abs(gravity)):

@@ -1,7 +1,8 @@
 """Whether a levitated rotor diverges: its orbit grows, or limits of its currents bound a self-excited vibration.
 
-The end of a run is judged: the time since the last change, the last contact and cycle 0, at least `MIN_CYCLES`. Growth
-is judged only while nothing that excites the rotor from outside its loop changes (`_last_change_outside`).
+The end of a run is judged: the time since the latest of the last change, the last contact and cycle 0, if it is at
+least `MIN_CYCLES`. Growth is judged only while nothing that excites the rotor from outside its loop changes
+(`_last_change_outside`).
 """
 
 from __future__ import annotations
@@ -190,7 +191,7 @@ def is_limited(dataset: Signals, within: slice) -> bool:
 
 
 def _limits(dataset: Signals, within: slice) -> list[Bools]:
-    """Return the samples at each limit of an axis or a demand; only an unreached one if an amplifier is faulty."""
+    """Return the samples at each limit of an axis or a demand; with a faulty amplifier, no limit counts as reached."""
 
     def samples(label: str) -> Bools:
         return np.asarray(dataset[label].values)[within] != 0

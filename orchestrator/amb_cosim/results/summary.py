@@ -82,7 +82,7 @@ class Summary:
         is `trapped` in contact, or `landed` if no magnet has power at the end; `undecided` if the run ends too early to
         decide, see `contact_history.recovery`; `unstable` if its orbit grows, or its amplifiers stay at their limits or
         bound a self-excited vibration, see `stability`, and `stator` if it touched the stator. None for a run that ends
-        free without a disturbance, or that broke off.
+        free without a disturbance, or that did not complete.
     rolling_from
         Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of backward motion.
     rolling_on_race_from

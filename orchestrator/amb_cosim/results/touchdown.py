@@ -51,8 +51,8 @@ class Retainer:
     free, sliding, rolling
         Time from release on in each mode of contact (s).
     whirl
-        `backward` if the rotor turned so about the site at any time, by `WHIRLS` (see `_most_turning`), or `forward`;
-        `none` if it did neither.
+        `backward` if the rotor whirled backward about the site at any time, by `WHIRLS` (see `_most_turning`), or
+        `forward`; `none` if it did neither.
     whirl_speed
         Mean whirl speed in contact during that time (rad/s), backward negative; a mean over the angle turned, so that a
         rotor at rest does not count.
@@ -103,7 +103,7 @@ class Touchdown:
         Time after which the rotor lies in contact where it is at the end, within 5 % of the clearance of each retainer
         and of each touched site or face (s).
     rocks_within
-        Largest swing of steady rocking (`rocking`) at all touched sites (deg); None of a rotor that rests or moves
+        Largest swing of steady rocking (`rocking`) at all touched sites (deg); None for a rotor that rests or moves
         otherwise.
     free_after
         Time of the last contact of a rotor that is free for the last tenth of the time (s).
@@ -324,7 +324,7 @@ def _rest(after: Signals, contact: Bools, touched: Sequence[str]) -> float | Non
 
 
 def _rocks(after: Signals, contact: Bools, touched: Sequence[str]) -> float | None:
-    """Return the largest swing (deg) of a rotor that rocks steadily at all touched sites, and touches to the end."""
+    """Return the largest swing (deg) of a rotor that rocks steadily at all touched sites, in contact to the end."""
     gravity, swings = gravity_across(after), list[float]()
     for positions, clearance in _lying(after, contact, touched):
         swing = steady_swing(_times(after), positions[0] + 1j * positions[1], clearance, gravity)

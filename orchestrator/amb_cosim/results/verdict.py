@@ -67,8 +67,8 @@ class Verdict:
         magnets lost their power, and they are still off. `stator`: it touched the stator of a magnetic bearing at any
         time. `levitated`: it never touched, or not after the disturbance; `free` is the same for a rotor without
         magnets, or without power at the end. `unstable`: its orbit grows, or its amplifiers stay at their limits or
-        bound a self-excited vibration. `failed` and `interrupted`: the run broke off. `completed`: contact was not
-        recorded.
+        bound a self-excited vibration. `failed` and `interrupted`: the run did not complete. `completed`: contact was
+        not recorded.
     sentence
         The reason, with its values.
     facts
@@ -185,7 +185,7 @@ def _moment(dataset: Signals, cycle: float) -> str:
 
 
 def _at(dataset: Signals, cycle: float) -> tuple[str, str]:
-    """Return a cycle and its time; if the speed changes, a time and its speed, since cycles then count no turns."""
+    """Return a cycle and its time; if the speed changes, a time and its speed, since cycles are then not turns."""
     time = float(np.interp(cycle, cycles(dataset), dataset["time"].values))
     if not speed_changes(dataset):
         return f"cycle {cycle:.4g}", f"{time:.3g} s"

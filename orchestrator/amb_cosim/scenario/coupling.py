@@ -37,10 +37,10 @@ def coupling_warning(
 ) -> str | None:
     """Return a warning if the coupling makes the results of a levitated rotor doubtful, or None.
 
-    In Jacobi order a step may be a fifth of the sample time. That indicates the bandwidth of the loop, so this bounds
-    the phase lag of the delay. A loop sampled at 4 kHz is then within 5 % of Gauss-Seidel order in the orbit of a rub,
-    without prediction; a loop with little margin at 10 kHz requires prediction and a tenth. `docs/coupling.md` has
-    both.
+    In Jacobi order a step may be a fifth of the sample time. The sample time indicates the bandwidth of the loop, so
+    this limit bounds the phase lag of the delay. A loop sampled at 4 kHz is then within 5 % of Gauss-Seidel order in
+    the orbit of a rub, without prediction; a loop with little margin at 10 kHz requires prediction and a step of a
+    tenth of the sample time. `docs/coupling.md` has both.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ def set_gravity(missing: MissingParameters, scenario: Scenario) -> list[str]:
 
     The forces of the bearings become total forces, and each axis gets the static current that carries its share of the
     weight. A replacing bearing without `total_force` must carry its share itself. Without gravity nothing is set; the
-    returned warnings name static currents that magnets of other data then keep from the model's start values.
+    returned warnings name static currents that magnets with other data then keep from the model's start values.
 
     Parameters
     ----------

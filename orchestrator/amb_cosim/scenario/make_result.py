@@ -80,7 +80,7 @@ def make_result(plan: ScenarioPlan, recording: Recording) -> Result:
 
 
 def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
-    """Return time, and the turns of the initial speed."""
+    """Return the time, and the number of turns at the initial speed."""
     return {
         "time": Samples(time, {"units": "s", "description": "Time from the beginning of cycle 0"}),
         "cycle": Samples(time / plan.period, {"units": "1", "description": "Revolutions at the initial speed"}),

@@ -147,7 +147,7 @@ def _slopes(bearing: str, axis: str, of_axis: Mapping[str, float], law: int) -> 
 
 
 def _set_if_allowed(missing: MissingParameters, name: str, value: float) -> None:
-    """Set a parameter unless the user has set it, or the controller lacks it, does not allow it, or has this value."""
+    """Set a parameter unless the user has set it, or the controller lacks it, refuses the value, or has it already."""
     port = missing.values.interfaces[CONTROLLER].ports.get(name.removeprefix(f"{CONTROLLER}."))
     if port is None or math.isclose(missing.values.parameter(name), value):
         return

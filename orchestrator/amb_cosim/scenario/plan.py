@@ -261,7 +261,7 @@ def _essential(places: RotorPlaces) -> tuple[str, ...]:
 
 
 def _contact(places: RotorPlaces) -> dict[str, OverStep]:
-    """Return how variables that figures of contact require at every step, even of a decimated record, summarise it."""
+    """Return how variables that contact figures require at every step, even in a decimated record, summarise a step."""
     sampled = ("f_n", "mode", "whirl_speed", "race_speed", "friction_power", "heat")
     of_sites: dict[str, OverStep] = {
         "f_n_peak": "largest",

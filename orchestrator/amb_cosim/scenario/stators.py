@@ -1,11 +1,11 @@
 """Contact with the stators of magnetic bearings, the last support of a rotor whose magnets have lost their power.
 
-A magnet with power pulls a rotor that crosses the air gap into the stator, which the actuator reports as a fault.
+An energised magnet pulls a rotor that crosses the air gap into the stator, which the actuator reports as a fault.
 Without power the rotor touches the bore, steel on steel, just beyond the smaller air gap of the bearing's two axes:
 
     |r| <= 1.001 min(l_x, l_y)
 
-The additional 0.1 % ensures that an axis with power ends the run, at |x| >= l_x, before the iron stops the rotor.
+The additional 0.1 % ensures that an energised axis ends the run, at |x| >= l_x, before the iron stops the rotor.
 """
 
 from __future__ import annotations

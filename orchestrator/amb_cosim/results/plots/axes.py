@@ -107,7 +107,7 @@ def stations(dataset: Signals) -> list[Station]:
 
 
 def site_title(dataset: Signals, site: str) -> str:
-    """Return what a contact site is, unless its name says so, its name, and its position if the plant states it."""
+    """Return the kind of a contact site (unless its name states it), its name, and its position if it is known."""
     result = places(dataset)
     kind = "Retainer" if site in result.retainers or site in result.second else "Contact site"
     kind = "Face" if site in result.faces else kind

@@ -40,7 +40,8 @@ def first_impacts(dataset: Signals) -> Interval | None:
 def large_forces(times: Array, forces: list[Array]) -> Interval | None:
     """Return the times around the large forces if they are only a small part of the run.
 
-    Forces above `LARGE` of the largest are large. If they last longer, the first of `MANY` or more contacts are shown.
+    Forces above the share `LARGE` of the largest force count as large. If they last longer, the first contacts are
+    shown, provided there are `MANY` or more.
     """
     force = np.nanmax(np.abs(np.nan_to_num(forces)), axis=0) if forces else np.zeros(len(times))
     large = times[force > LARGE * force.max(initial=0.0)]

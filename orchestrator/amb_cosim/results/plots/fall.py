@@ -64,7 +64,7 @@ def touchdown(dataset: Signals) -> Figure:
 
     For a rotor with faces, the gaps along the shaft are drawn, too. Heights, which require gravity across the shaft,
     are drawn for the bearings with retainers; without gravity, their gaps are drawn. An inset enlarges the first
-    impacts; the orbit until their end is dark. Titles of orbits name whirl and largest force.
+    impacts; the orbit up to their end is drawn in a dark colour. Titles of orbits name whirl and largest force.
     """
     drawn, result = [station for station in stations(dataset) if station.site], places(dataset)
     retainers = {**result.retainers, **result.second}

@@ -34,7 +34,7 @@ def orbit_line(dataset: Signals, site: str, path: Array, clearance: float) -> tu
 
 
 def between(values: Array, sample: NDArray[np.int64]) -> Array:
-    """Return values at samples, shape (k, n), at the points of a `joined` line, linear between samples."""
+    """Return values at samples, shape (k, n), at the points of a `joined` line, interpolated linearly."""
     first = np.searchsorted(sample, np.arange(values.shape[1]))
     return np.array([np.interp(np.arange(len(sample)), first, row) for row in values])
 

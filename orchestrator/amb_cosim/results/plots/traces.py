@@ -86,7 +86,7 @@ def _display_unit(unit: str, largest: float) -> ShownUnit:
 
 
 def _short(names: list[str], name: str) -> str:
-    """Return a name without its component if all have the same."""
+    """Return a name without its component if all names have the same component."""
     return name.partition(".")[2] if len({other.partition(".")[0] for other in names}) == 1 else name
 
 
