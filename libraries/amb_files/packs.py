@@ -124,7 +124,7 @@ def applications() -> dict[str, Path]:
 
 
 class PackFiles(Mapping[str, Path]):
-    """TOML files in folders of packs, by their names without suffix, one pack after another.
+    """TOML files in folders of packs, by their names without the suffix, one pack after another.
 
     A name that occurs in two packs is not listed, and using it raises ValueError; the name of a file of a `general`
     package means that file. To find one file, no folder is listed, because some contain thousands of files.

@@ -84,7 +84,7 @@ def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
 
 
 def _signs(shape: Array) -> Array:
-    """Return the signs of a shape; a zero has the sign of the position before it, leading zeros that of the next."""
+    """Return the signs of a shape; a zero gets the sign of the last nonzero value before it, or else of the first."""
     signs = np.sign(shape)
     nonzero = np.flatnonzero(signs)
     last = np.maximum(np.searchsorted(nonzero, np.arange(len(signs)), side="right") - 1, 0)

@@ -50,7 +50,7 @@ class HarmonicModel:
     """A reduced rotor for (1).
 
     model
-        The rotor on its bearings, without those of F.
+        The rotor on its bearings, without the bearings whose forces F contains.
     right, left
         R and L of (1): x and y of each point in turn, shape (2 points, size) and its transpose. The points are all
         nodes, then the centres of mass that do not lie at their nodes, in the order of the bodies (`harmonic_points`).
@@ -129,7 +129,7 @@ def harmonic_model(rotor: Rotor, nodes: Iterable[int], highest: float, bearings:
     highest
         Frequency (rad/s) up to which the response is accurate.
     bearings
-        Bearings and seals on the rotor, without those of F.
+        Bearings and seals on the rotor, without the bearings whose forces F contains.
     """
     supports = tuple(bearings)
     full = assemble(rotor)

@@ -161,8 +161,8 @@ class CatalogueBearing:
     k_i, k_s
         K_i (N/A) and K_s (N/m) without a static force.
     capacity
-        Largest static force (N), that of a control current as large as the bias: with a static force F, K_s grows by
-        the factor 1 + (F/capacity)^2 of a coil bias.
+        Largest static force (N), at a control current as large as the bias: with a static force F, K_s grows by the
+        factor 1 + (F/capacity)^2 of a coil bias.
     """
 
     inner_radius: float

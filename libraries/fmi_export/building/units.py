@@ -251,7 +251,7 @@ def _of_si(unit: str) -> dict[str, float | int] | None:
 
 
 def to_unit(text: str | float, unit: str, name: str) -> float:
-    """Convert `text` (`0.75 mm`, `25 g.m`, or a number without unit, taken to be in `unit`) to a number in `unit`.
+    """Convert `text` (`0.75 mm`, `25 g.m`, or a number without a unit, taken to be in `unit`) to a number in `unit`.
 
     A reciprocal time (Hz, 1/min, 1/s) converts to and from an angular velocity as a number of revolutions: 3000 1/min
     are 50 Hz and 314 rad/s.

@@ -153,9 +153,9 @@ def linear_controller(
     Parameters
     ----------
     K
-        control.StateSpace or TransferFunction, one of scipy.signal, arrays (A, B, C, D), (z, p, k) or (num, den), or a
-        dict from speeds (rad/s) to these, of one order, whose matrices are interpolated; or the path of a file with the
-        arrays A, B, C, D (`.npz`, `.mat`) or with blocks (`.toml`).
+        control.StateSpace or TransferFunction, a system of scipy.signal, arrays (A, B, C, D), (z, p, k) or (num, den),
+        or a dict from speeds (rad/s) to these, of one order, whose matrices are interpolated; or the path of a file
+        with the arrays A, B, C, D (`.npz`, `.mat`) or with blocks (`.toml`).
     inputs, outputs
         Names of the measured signals (m) and of the demands (A), as in the other components; by default the labels of
         K.

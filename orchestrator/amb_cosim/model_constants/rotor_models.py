@@ -84,8 +84,8 @@ def check_loop(
 ) -> None:
     """Raise a ValueError if a table was identified in a loop with controller parameters that differ from these.
 
-    The controller is that of a rotor, by default the packs'; `inner` are parameters of an inner linear controller, by
-    `component.name`.
+    `parameters` belong to the controller of the `rotor`, by default the packs' rotor; `inner` are parameters of an
+    inner linear controller, by `component.name`.
     """
     stated = {name: value for name, value in parameters.items() if value is not None}
     loop = control_loop(load_rotor(rotor))

@@ -20,7 +20,7 @@ WIDEST = 10_000  # of a table in a file
 
 
 class TitledTable(Table):
-    """A table in the chosen units whose title may be as wide as the console; rich breaks it at the table's width."""
+    """A table in the chosen units; its title may fill the console, whereas rich breaks titles at the table's width."""
 
     def __init__(self, title: str, headings: Sequence[str], left: Collection[str], gap: int) -> None:
         super().__init__(title=with_micro_signs(convert_units_in_text(title)), box=None, padding=(0, gap, 0, 0))

@@ -49,7 +49,7 @@ def loaded_interval(dataset: Signals) -> tuple[float, float]:
 
 
 def contact_share(dataset: Signals) -> dict[str, float | None]:
-    """Return the share of the time between disturbance and relief that each of `RotorPlaces.contact_states` lasts."""
+    """Return the share of the time between disturbance and relief spent in each of `RotorPlaces.contact_states`."""
     states = _while_loaded(dataset, "contact_state")
     values = range(len(places(dataset).contact_states))
     return {str(k): None if states is None else float(np.mean(states == k)) for k in values}

@@ -11,7 +11,7 @@ Sampling preserves |z_i| even of vibrations faster than half the sample rate.
 
 A pole grows if it multiplies the mean square by 1.5 from the first third of the time to the last, |z_i|^n > 1.5^(3/4).
 Slow motion over less than a period, and noise, can be fitted by a growing pole as well as by others. Growth therefore
-counts only if (1), with these poles moved to the unit circle, leaves a residual of 1.5 times the mean square or more.
+counts only if (1), with these poles moved to the unit circle, leaves a residual with over 1.5 times the mean square.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Checks the attributes of a result file: their types, those of a scenario, and contradictions.
+"""Checks the attributes of a result file: types, the attributes of a scenario's run, and contradictions.
 
-A file from elsewhere may lack an attribute, or have one of another type or with endlessly nested JSON. It is refused
+A file from elsewhere may lack an attribute, or contain one of another type or with endlessly nested JSON. It is refused
 when it is read, so that summaries and figures can rely on the attributes.
 """
 

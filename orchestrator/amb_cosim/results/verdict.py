@@ -194,7 +194,7 @@ def _at(dataset: Signals, cycle: float) -> tuple[str, str]:
 
 
 def _touched_at_the_end(dataset: Signals, within: float = contact_history.RECOVERY_CYCLES) -> list[str]:
-    """Return the sites that were in contact within the last cycles, by default those of a recovery."""
+    """Return the sites that were in contact within the last cycles, by default as many as a recovery requires."""
     steps = at_every_step(dataset)
     end = cycles(steps) > cycles(steps)[-1] - within
     return [name_label(site) for site in places(dataset).contacts if touches(steps, site)[end].any()]

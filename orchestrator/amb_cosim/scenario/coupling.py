@@ -40,7 +40,7 @@ def coupling_warning(
     In Jacobi order a step may be a fifth of the sample time. The sample time indicates the bandwidth of the loop, so
     this limit bounds the phase lag of the delay. A loop sampled at 4 kHz is then within 5 % of Gauss-Seidel order in
     the orbit of a rub, without prediction; a loop with little margin at 10 kHz requires prediction and a step of a
-    tenth of the sample time. `docs/coupling.md` has both.
+    tenth of the sample time. `docs/coupling.md` describes both.
 
     Parameters
     ----------

@@ -106,7 +106,7 @@ def _check_tables_of_components(data: dict[str, Any]) -> None:
 
 
 def check_speed_units(data: dict[str, Any]) -> None:
-    """Raise a ValueError if a scenario file's speed is a number without a unit, which may be meant in rpm; 0 is allowed.
+    """Raise a ValueError if a scenario file states a speed without a unit, which may be meant in rpm; 0 is allowed.
 
     In Python a number is in rad/s.
     """

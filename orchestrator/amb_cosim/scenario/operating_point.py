@@ -74,7 +74,7 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
 
 
 def set_test_force(missing: MissingParameters) -> None:
-    """Scale the test force of an identification by the magnets' force relative to that of the actuator's start values.
+    """Scale the test force of an identification by the magnets' force over the force at the actuator's start values.
 
     A(f) of `rolac_controller.excitation` suits the magnets of the start values. A test force in proportion to
 

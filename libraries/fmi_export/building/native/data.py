@@ -27,7 +27,7 @@ def model_data(model: Model, constants: Array, guid: str, key: str, kernels: int
     Parameters
     ----------
     model, constants
-        The model and its constants, flat float64; an assembly has those of its parts.
+        The model and its constants, flat float64; for an assembly, the constants of its parts.
     guid
         Guid of the FMU.
     key, kernels

@@ -148,7 +148,7 @@ class Binding3(Binding):
             raise FMICallException(self.function("DoStep"), DISCARD)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Return the FMU's answer in addition to the status, or the value that cannot be sent to it."""
+        """Return phrases on what the FMU reported besides its status, or on the value that cannot be sent to it."""
         phrases = {
             NOTHING: [],
             ENDS: ["terminateSimulation is true"],

@@ -104,7 +104,7 @@ class Binding:
 
 
 def check_status(function: str, status: int | None) -> None:
-    """Raise for a status other than OK and Warning; methods of FMPy may return no status, and accept one below OK."""
+    """Raise for a status other than OK and Warning; methods of FMPy may return no status, or accept one below OK."""
     if status is not None and not 0 <= status <= WARNING:
         raise FMICallException(function=function, status=status)
 

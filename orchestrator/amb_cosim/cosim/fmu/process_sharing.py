@@ -2,7 +2,7 @@
 
 * Of an FMU with `canBeInstantiatedOnlyOncePerProcess`, a process can have one instance: others would share its state.
 * FMUs of PythonFMU share one interpreter, in which the name of a module refers to the first FMU's.
-* Libraries beside that of an FMU are loaded by their names: all FMUs with one of the same name get the first FMU's.
+* Libraries beside an FMU's own are loaded by their names: all FMUs with one of the same name get the first FMU's.
 """
 
 from __future__ import annotations

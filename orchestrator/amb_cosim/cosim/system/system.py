@@ -212,7 +212,7 @@ class System:
         ------
         ValueError
             For an unknown component or variable, a wrong causality, different types or units, an input fed twice, or a
-            mandatory input without source, one line each; the message names both ends and valid alternatives.
+            mandatory input without a source, one line each; the message names both ends and valid alternatives.
         """
         fed: dict[str, str] = {}
         for source, target in self.feeds():

@@ -87,7 +87,7 @@ class Plots:
         Parameters
         ----------
         variables
-            Names of variables, with or without their component, or patterns; those of one unit share a panel.
+            Names of variables, with or without their component, or patterns; variables of the same unit share a panel.
         begin, until
             Moments: a time (s), a text with its unit, or `cycle 5`; those of the record by default.
 

@@ -198,7 +198,7 @@ def event_times(dataset: Signals) -> dict[str, float]:
 
 
 def title_padding(dataset: Signals, highest: bool) -> float | None:
-    """Return the distance (points) of a title from its axes: the names of events are written below the highest one."""
+    """Return the distance (points) of a title from its axes; names of events are written below the highest title."""
     return 14.0 if highest and event_times(dataset) else None
 
 

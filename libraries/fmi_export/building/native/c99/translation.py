@@ -149,7 +149,7 @@ class _Translation:
             out("return;" if self._function.returns == VOID else "return 0;")
 
     def _go(self, line: Line, origin: Block) -> str:
-        """Return the statements that lead from a block to that of the next label: copies to its phis, and a goto."""
+        """Return the statements that lead from a block to the next label's block: copies to its phis, and a goto."""
         line.skip(",", "label")
         target, steps = line.word(), []
         for name, kind, sources in self._read_phis(target):
