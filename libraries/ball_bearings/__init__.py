@@ -1,1 +1,1 @@
-"""Ball bearings by their catalogue data: Hertz contact of balls and grooves, loads of the balls, stiffness."""
+"""Ball bearings from their catalogue data: Hertz contact of balls and grooves, loads of the balls, stiffness."""

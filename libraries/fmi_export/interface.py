@@ -62,7 +62,7 @@ class Interface:
 
     @cached_property
     def initial_dependencies(self) -> dict[str, tuple[str, ...]]:
-        """Names of the parameters and inputs that each output depends on at its start, if declared."""
+        """Names of the parameters and inputs that each output depends on at initialisation, if declared."""
         positions: dict[str, list[int]] = {}
         for i, v in enumerate(self.variables):
             for name in _dependency_names(v) if v.causality != "output" else ():

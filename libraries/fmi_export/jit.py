@@ -99,7 +99,7 @@ def _cache_of(package: str) -> Iterator[None]:
 
 @cache
 def _cache_folder(package: str, base: str) -> str:
-    """Return a folder below `base`, or below the package's own `__pycache__`; empty if it cannot be made."""
+    """Return a folder in `base` or in the package's own `__pycache__`; an empty text if it cannot be made."""
     here = Path(__file__).parent
     loaded = sys.modules.get(package)
     home = Path(loaded.__file__).parent if loaded is not None and loaded.__file__ else here

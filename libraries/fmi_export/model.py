@@ -98,7 +98,7 @@ class Model:
 
     @property
     def compiled(self) -> tuple[Model, ...]:
-        """The models whose kernels an FMU of this one calls: the models of its parts by name, each once, or itself."""
+        """The models whose kernels this model's FMU calls: the models of its parts by name, each once, or itself."""
         models = {part.model.name: part.model for part in self.parts}
         return tuple(models[name] for name in sorted(models)) or (self,)
 

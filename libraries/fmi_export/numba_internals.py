@@ -102,7 +102,7 @@ _compiles = False  # whether this process has a lock
 
 
 def lower_array_functions(part: Any, clear: Any, copy_all: Any) -> None:
-    """Register the code of the three functions of `parts` in kernels."""
+    """Register the code of the three functions of `parts` for use in kernels."""
     from numba import types
     from numba.core import cgutils
     from numba.core.imputils import impl_ret_borrowed

@@ -87,7 +87,7 @@ def damping_matrices(damping: Damping, shaft_mass: Array, M: Array, K: Array) ->
     Parameters
     ----------
     damping
-        Damping of the rotor file.
+        Damping in the rotor file.
     shaft_mass, M, K
         Mass of the shaft, mass and stiffness of the free rotor over the degrees of freedom of a plane, shape (n, n).
     """

@@ -94,10 +94,10 @@ class HarmonicModel:
         Omega
             Spin speed (rad/s).
         inputs
-            Forces (N) at x and y of all points by unit inputs, shape (2 points, inputs), or at each frequency,
-            (n, 2 points, inputs).
+            Forces (N) at x and y of all points due to unit inputs, shape (2 points, inputs), or at each frequency, (n,
+            2 points, inputs).
         outputs
-            Outputs by unit displacements, shape (outputs, 2 points).
+            Outputs due to unit displacements, shape (outputs, 2 points).
         forces
             F of (1); none by default.
 

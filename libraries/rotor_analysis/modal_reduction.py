@@ -7,7 +7,8 @@ motions in which these points are at rest. With an orthonormal basis N of the nu
     q = Phi eta,  eta = Phi_p^+ x_p + N xi,   N^T diag(omega^2) N diagonal                          (1)
     M = [[(Phi_p Phi_p^T)^-1, 0], [0, 1]],  K = Y^T diag(omega^2) Y,  Y = [Phi_p^+, N]             (2)
 
-This is a change of coordinates within the same space. Any other point is a row of Phi Y and requires no coordinate.
+This is a change of coordinates within the same space. The displacement of any other point is given by a row of Phi Y
+and requires no coordinate.
 """
 
 from __future__ import annotations

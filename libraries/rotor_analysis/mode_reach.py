@@ -52,7 +52,7 @@ class BearingReach:
 
     @property
     def kind(self) -> str:
-        """Obstacle to damping by the bearing, in words; empty if it has none."""
+        """Obstacle to damping by the bearing, in words; empty if there is none."""
         if self.is_at_node:
             return "at a node"
         return "non-collocated" if self.value < 0.0 else ""

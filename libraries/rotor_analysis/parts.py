@@ -299,7 +299,7 @@ class Sensor(_Placed):
 
 @table
 class ThrustDisc:
-    """The disc of an axial magnetic bearing, with which the rotor can move along its shaft in co-simulation."""
+    """The disc of an axial magnetic bearing; a rotor that has one can move along its shaft in co-simulation."""
 
     z: Position
     """Position along the shaft."""

@@ -64,7 +64,7 @@ def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
 def highest_peaks(speeds: Array, curves: Mapping[str, Array]) -> list[tuple[str, Peak]]:
     """Return the peaks of the amplitudes at several places, ascending, with the place where each is highest.
 
-    Peaks of two places are the same critical speed if their distance is at most half of the half-power width.
+    Peaks at two places count as the same critical speed if their distance is at most half of the half-power width.
     """
     peaks = [(name, peak) for name, amplitudes in curves.items() for peak in peaks_of(speeds, amplitudes)]
     groups: list[list[tuple[str, Peak]]] = []

@@ -93,6 +93,6 @@ def _error(
 
 
 def _dynamic_stiffness(model: Matrices, omega: float, spin: float) -> Array:
-    """Return K - omega^2 M + Omega omega G_1 of a circle x + i y = r exp(i omega t)."""
+    """Return K - omega^2 M + Omega omega G_1 for motion on a circle, x + i y = r exp(i omega t)."""
     G_1 = model.G[::2, 1::2]
     return np.asarray(model.K[::2, ::2] - omega**2 * model.M[::2, ::2] + spin * omega * G_1)

@@ -42,7 +42,7 @@ class ReductionError:
 
 @dataclass(frozen=True)
 class WhirlError:
-    """Errors of the whirl of a reduced free rotor that spins, by mode.
+    """Errors of the whirl frequencies of a reduced free rotor that spins, by mode.
 
     speed
         Spin speed (rad/s).

@@ -2,8 +2,8 @@
 
     K q = M e + r,    q = 0 at rigid supports                                                     (1)
 
-M e is the weight per unit of gravity, along e, and -r the load of the supports. K includes springs, without force
-where the supports are aligned; a spring gives way, and carries k q.
+M e is the weight per unit of gravity, along e, and -r the load of the supports. K includes springs, which exert no
+force while aligned with the supports; a spring gives way, and carries k q.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ IDEAL, RIG, CUSTOM = range(3)
 
 @kernel
 def is_on(preset: float, switch: float) -> bool:
-    """Return whether an effect is on: never in the ideal chain, always in the rig's, otherwise by its switch.
+    """Return whether an effect is on: never in the ideal chain, always in the rig's, otherwise if its switch is on.
 
     Parameters
     ----------

@@ -154,7 +154,7 @@ class ThrustDisc:
 
 @dataclass(frozen=True)
 class CatalogueBearing:
-    """A two-sided axial magnetic bearing by the constants of its data sheet, below saturation.
+    """A two-sided axial magnetic bearing described by the constants of its data sheet, below saturation.
 
     inner_radius, outer_radius
         Radii r_i and r_o of the ring on which it pulls (m).

@@ -218,7 +218,7 @@ def _union(names: Iterable[Iterable[str]]) -> list[str]:
 
 
 def _title(runs: Runs, title_in: Callable[[Signals, str], str], name: str) -> str:
-    """Return the title of a bearing or a site, with its position; its name alone if it differs between runs."""
+    """Return the title of a bearing or a site: its name and, unless it differs between runs, its position."""
     having = [run for run in runs.values() if name in {*places(run).bearings, *places(run).sites}]
     titles = {title_in(run, name) for run in having}
     return titles.pop() if len(titles) == 1 else name_label(name)

@@ -200,7 +200,7 @@ class LowPass(BlockTable):
 
 
 class SecondOrder(BlockTable):
-    """A second-order section by frequencies and damping ratios of its poles and zeros."""
+    """A second-order section defined by the frequencies and damping ratios of its poles and zeros."""
 
     type: Literal["second_order"]
     frequency: Value

@@ -48,7 +48,7 @@ def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Mode
     ------
     ValueError
         If the rotor has no bearing, cannot be reduced as its file requires (`reduced_rotor`), or has seals with a mass
-        that the plant does not support (`constant_mass`); and in the cases of `stator_bores`.
+        that the plant does not support (`constant_mass`); and as for `stator_bores`.
     """
     rotor = rotor or load_rotor()
     structure, planes = plant_structure(rotor, stators)

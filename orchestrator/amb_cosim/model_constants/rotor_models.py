@@ -64,7 +64,7 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
     Raises
     ------
     ValueError
-        In the cases of `control_loop`, and if the table has other sensors or axes or no entry.
+        As for `control_loop`, and if the table has no entry, or other sensors or axes.
     """
     rotor = rotor or load_rotor()
     loop = control_loop(rotor)

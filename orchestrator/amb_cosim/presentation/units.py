@@ -133,12 +133,12 @@ def frequency_unit() -> ShownUnit:
 
 
 def length_unit(largest: float) -> ShownUnit:
-    """Return the unit for lengths up to `largest` (m): um for less than 0.1 mm, or mm, unless one was chosen."""
+    """Return the unit for lengths up to `largest` (m): um below 0.1 mm, otherwise mm, unless a unit was chosen."""
     return _unit("length", "um" if largest < LENGTH_IN_UM else "mm")
 
 
 def force_unit(largest: float) -> ShownUnit:
-    """Return the unit for forces up to `largest` (N): kN from 1 kN on, or N, unless one was chosen."""
+    """Return the unit for forces up to `largest` (N): kN from 1 kN on, otherwise N, unless a unit was chosen."""
     return _unit("force", "kN" if largest >= FORCE_IN_KN else "N")
 
 

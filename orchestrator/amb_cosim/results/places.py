@@ -43,7 +43,7 @@ class RotorPlaces:
     faces
         Each face that stops the rotor along its shaft, with the retainer on which it lands; empty if it has none.
     thrust
-        The disc of an axial bearing, with which the rotor moves along its shaft; empty if there is none.
+        The disc of an axial bearing, which lets the rotor move along its shaft; empty if there is none.
     """
 
     bearings: Mapping[str, str]

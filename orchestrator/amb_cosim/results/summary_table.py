@@ -85,7 +85,7 @@ def _all_rows(summary: Summary) -> Iterator[tuple[str, str]]:
 
 
 def _rows_at_places(summary: Summary) -> Iterator[tuple[str, str]]:
-    """Return forces and orbits that are not zero at all places, each with a unit that suits its size."""
+    """Return the forces and orbits that are nonzero at some place, each with a unit that suits its size."""
     sampled = ", of the samples" if any(summary.peak_is_sampled.values()) else ""
     band = "" if summary.peak_band is None else f",\nmodes to {frequency_unit().text(summary.peak_band)}"
     for label, values in (

@@ -1,7 +1,8 @@
 """The warnings of a run in the words and units of its summary.
 
-FMUs state their warnings in SI units and by the names of variables. Here speeds are in the unit of speeds, a whirl that
-is compared with a natural frequency in the unit of frequencies, and sites that are switched off in a single sentence.
+FMUs state their warnings in SI units and by the names of variables. Here speeds are in the unit chosen for speeds, and
+a whirl that is compared with a natural frequency is in the unit chosen for frequencies. Sites that are switched off
+share a single sentence.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ class StatedValues:
             )
 
     def ports(self, variable: str) -> list[Port]:
-        """Return the variables with a name or pattern; empty if there are none."""
+        """Return the variables that match a name or pattern; empty if there are none."""
         try:
             return [self.variables.port(name) for name in self.variables.matching(variable)]
         except ValueError:

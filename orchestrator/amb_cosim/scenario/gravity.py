@@ -57,7 +57,7 @@ def set_gravity(missing: MissingParameters, scenario: Scenario) -> list[str]:
     missing
         The values of all parameters, and the names of those that are set or fixed.
     scenario
-        Its gravity, the direction in which it pulls, from x towards y, the tilt of its shaft, and its rotor.
+        Provides gravity and its direction (from x towards y), the tilt of the shaft, and the rotor.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def set_gravity(missing: MissingParameters, scenario: Scenario) -> list[str]:
 
 
 def _thrust(scenario: Scenario) -> str:
-    """Return the thrust disc of a tilted rotor, with which it moves along its shaft; empty if there is none."""
+    """Return the thrust disc of a tilted rotor, which lets it move along its shaft; empty if there is none."""
     if not tilt_of(scenario.tilt):
         return ""
     from rotor_analysis.rotor_file import load_rotor

@@ -65,8 +65,8 @@ def implausible_unbalances(plan: Plan) -> list[str]:
 
         G = e Omega,   e = u/m     (ISO 21940-11)
 
-    m is the mass of the rotor, Omega its highest speed. A mistaken prefix of its unit changes u by 1000, and thus a
-    residual unbalance of 2.5 mm/s to 2500 mm/s.
+    m is the mass of the rotor, Omega its highest speed. A mistaken prefix of its unit changes u by a factor of 1000,
+    and thus a residual unbalance of 2.5 mm/s to 2500 mm/s.
     """
     changes = [*plan.inputs.items(), *((name, value) for _, name, value in plan.events)]
     of_profile = [value for ramp in plan.ramps if ramp.variable == SPEED for _, value in ramp.points]

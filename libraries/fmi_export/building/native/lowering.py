@@ -175,7 +175,7 @@ def without_python(entries: list[Any]) -> str:
 
 
 def _shorten_names(assembly: str) -> str:
-    """Number blocks and values with long names: inlined ones contain their function's name, which is too long."""
+    """Replace long names of blocks and values by numbers: inlined ones contain the name of their function."""
     names: dict[str, str] = {}
     return re.sub(
         r'(?<=%)[-\w$.]{100,}|^[-\w$.]{100,}(?=:)|(?<=%)"[^"\n]{100,}"|^"[^"\n]{100,}"(?=:)',

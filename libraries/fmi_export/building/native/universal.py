@@ -1,4 +1,4 @@
-"""Joins macOS libraries of two processors to a universal library: a header with offsets, then both."""
+"""Joins macOS libraries for two processors into a universal library: a header with offsets, then both."""
 
 from __future__ import annotations
 

@@ -201,7 +201,7 @@ class FmuComponent:
             self.forget(state)
 
     def put(self, state: FmuState, warnings: Sequence[str] = ()) -> None:
-        """Restore a held or serialised state; `warnings` are the warnings logged up to it."""
+        """Restore a held or serialised state; `warnings` are the warnings logged up to that state."""
         if isinstance(state, HeldState):
             self._call("SetFMUState", c_void_p(state.address))
         else:

@@ -1,8 +1,9 @@
 """The data of a run for the compiled master loop, `loop.c`, which calls FMI functions directly.
 
-It repeats the loop in `master`, the readable reference, operation by operation, and records the same to the last bit,
-with one difference: outputs that no component reads are fetched only when recorded. The run consists of blocks of
-steps, between which Python checks for interrupts and reports progress. A clock ends blocks of slow steps.
+The compiled loop repeats the loop in `master`, the readable reference, operation by operation, and records the same
+values to the last bit, with one difference: outputs that no component reads are fetched only when recorded. The run
+consists of blocks of steps, between which Python checks for interrupts and reports progress. A clock ends blocks of
+slow steps.
 
 The loop runs without the interpreter lock. FMUs that contain Python acquire it for each of their calls, as in any host,
 while other threads run.
@@ -137,9 +138,9 @@ def run(
     Raises
     ------
     StepFailed
-        If a component does not complete a step. The recorder has seen everything up to it.
+        If a component does not complete a step. The recorder has seen everything up to that step.
     Stopped
-        If a condition of `stops` is met. The recorder has seen everything up to it.
+        If a condition of `stops` is met. The recorder has seen everything up to that step.
     """
     advance = load_loop()
     if advance is None:

@@ -183,7 +183,7 @@ class Master(Generic[P]):
         Raises
         ------
         StepFailed
-            If a component does not complete a step. Observers have received everything before it.
+            If a component does not complete a step. Observers have received everything before that step.
         """
         self.check_start(first)
         advance = {"gauss_seidel": self._gauss_seidel, "jacobi": self._jacobi, "iterative": self._iterative}[

@@ -122,7 +122,7 @@ def _restore(handlers: dict[int, Any]) -> None:
 
 
 def _interrupt_later(started: threading.Event, ended: threading.Event) -> None:
-    """Interrupt the main thread soon after it has `started` this one; within that call it would be lost again."""
+    """Interrupt the main thread soon after it has `started` this one; in that call the signal would be lost again."""
     started.wait()
     if not ended.wait(0.01):
         _thread.interrupt_main()

@@ -212,7 +212,7 @@ class FlatSystem:
         return Signal(name, tuple(fed), port, laws)
 
     def _start_unit(self, node: Node) -> Unit | None:
-        """Return the unit of a connector of the system: its own, or that of what it feeds, if that is unambiguous."""
+        """Return the unit of a connector of the system: its own, or the unit of what it feeds, if unambiguous."""
         declared = self.nets.unit(node)
         if declared is not None or node not in self.exposed:
             return declared

@@ -29,7 +29,7 @@ def experiment_plan(
     settings: Mapping[str, Raw] | None = None,
     values: Assignments | None = None,
 ) -> Plan:
-    """Plan an experiment on the time grid of the master; every time but the end becomes the nearest point.
+    """Plan an experiment on the time grid of the master; every time except the end is moved to the nearest point.
 
     Parameters
     ----------
