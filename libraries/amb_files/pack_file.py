@@ -24,8 +24,8 @@ class PackFile:
     description
         A line about the pack.
     rotor, scenario, changing_speed
-        Defaults for the rotor, the scenario, and the scenario with changing speed. Scenarios of a pack use the rotor of
-        their pack; elsewhere a default is used if a single pack defines it.
+        Defaults for the rotor, the scenario, and the scenario with a changing speed. Scenarios of a pack use the rotor
+        of their pack; elsewhere a default is used if a single pack defines it.
     live
         Scenarios that the live rig offers in addition to the requested one, in order.
     """

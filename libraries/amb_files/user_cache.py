@@ -23,8 +23,8 @@ _exit_stack = ExitStack()
 def user_cache() -> Path:
     """Return the user's cache folder, created if it is missing.
 
-    It contains machine code that is loaded. If it is not writable, or somebody else owns it or can write to it, a
-    temporary folder of this process is used instead; the second case is logged, but only once.
+    It contains machine code that is loaded. If it is not writable, or if somebody else owns it or can write to it, a
+    temporary folder of this process is used instead. The second case is logged, but only once.
     """
     folder = platformdirs.user_cache_path("amb-cosim", appauthor=False)
     try:

@@ -22,8 +22,9 @@ class Interface:
     Raises
     ------
     ValueError
-        If a name occurs twice, the order is not parameters, inputs, outputs, a dependency is not an input, an output
-        initially depends on anything other than parameters and inputs, or a warning names an unknown variable.
+        If a name occurs twice, if the variables are not in the order parameters, inputs, outputs, if a dependency is
+        not an input, if an output initially depends on anything other than parameters and inputs, or if a warning names
+        an unknown variable.
     """
 
     variables: tuple[Variable, ...]

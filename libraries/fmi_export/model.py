@@ -68,9 +68,9 @@ class Model:
         For an assembly: its components, whose kernels are called instead of its own, and their wiring.
 
     Matrices and tables, computed by any library, are passed to the kernels as `constants`, a flat array that is
-    computed when the FMU is built and stored in it. A kernel writes every output on every call that returns 0; a step
-    in which no output changes may return `UNCHANGED` instead. A saved state consists of parameters, inputs, outputs and
-    state. `work` is a cache; a kernel revalidates it.
+    computed when the FMU is built, and stored in the FMU. A kernel writes every output on every call that returns 0; a
+    step in which no output changes may return `UNCHANGED` instead. A saved state consists of parameters, inputs,
+    outputs and state. `work` is a cache; a kernel revalidates it.
     """
 
     name: str

@@ -18,7 +18,7 @@ Stiffness = Callable[[float], Complex]
 
 
 def dynamic_stiffness(model: Matrices, Omega: float, omega: float | Array | None = None) -> Complex:
-    """Return the stiffness to a harmonic force, -omega^2 M + i omega (C + Omega G) + K + D (N/m), shape (size, size).
+    """Return the dynamic stiffness, -omega^2 M + i omega (C + Omega G) + K + D (N/m), shape (size, size).
 
     D is the hysteretic damping (`hysteresis`). With frequencies of shape (n,) the result has the shape (n, size, size).
 

@@ -84,7 +84,7 @@ class ReductionOptions:
 
 @table
 class Mesh:
-    """Fineness of the elements: halving them changes no mode by more than allowed."""
+    """Fineness of the elements: halving them changes no natural frequency by more than allowed."""
 
     modes: Annotated[StrictInt, Ge(1)] = 6
     """Number of modes, from the lowest."""

@@ -99,7 +99,7 @@ def eigenpairs(model: Matrices, Omega: float, omega: float | None = None) -> tup
 
 
 def oscillating(values: Complex) -> Bools:
-    """Return which eigenvalues (rad/s) belong to motion with a frequency."""
+    """Return which eigenvalues (rad/s) belong to oscillating motion."""
     return np.isfinite(values) & (np.abs(values.imag) > np.maximum(AT_REST, 1e-6 * np.abs(values)))
 
 

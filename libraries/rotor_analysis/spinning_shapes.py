@@ -9,7 +9,8 @@ x + i y = Phi p exp(i omega t) of the rotor that spins at Omega obey
 The matrix is symmetric. A rotor of n elastic modes has n negative omega, of backward whirl, and n + 1 positive, of
 forward whirl; the additional one is due to the gyroscopic moment of the tilting rotor. Three are 0.
 
-A space of coordinates C = Phi^T M shapes lacks (1 - C C^T) p of a mode. The relative error of omega is of second order:
+A space with the coordinates C = Phi^T M shapes lacks the part (1 - C C^T) p of a mode. The relative error of omega is
+of second order:
 
     |e|^2,  e = W (1 - C C^T) p/omega  with |p| = 1.                                                (3)
 

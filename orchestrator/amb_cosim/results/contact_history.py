@@ -56,14 +56,14 @@ def contact_share(dataset: Signals) -> dict[str, float | None]:
 
 
 def share_in_contact(dataset: Signals) -> float | None:
-    """Return the share of the time between disturbance and relief that the rotor is in contact at any site."""
+    """Return the share of the time between disturbance and relief during which the rotor is in contact at any site."""
     names = ("contact_state", *(f"{site}.mode" for site in places(dataset).contacts))
     recorded = [values != FREE for name in names if (values := _while_loaded(dataset, name)) is not None]
     return float(np.mean(reduce(np.logical_or, recorded))) if recorded else None
 
 
 def site_share(dataset: Signals) -> dict[str, float | None]:
-    """Return the share of the time between disturbance and relief that the rotor is in contact at each site."""
+    """Return the share of the time between disturbance and relief during which the rotor is in contact at each site."""
     modes = {site: _while_loaded(dataset, f"{site}.mode") for site in touchable(dataset)}
     return {site: None if mode is None else float(np.mean(mode != FREE)) for site, mode in modes.items()}
 
@@ -182,7 +182,7 @@ def rolls_at_the_end(dataset: Signals) -> list[str]:
 
 
 def rolling_on_race_from(dataset: Signals) -> float | None:
-    """Return the first cycle from which the rotor rolls on a race that turns with it, for a turn of it or more.
+    """Return the first cycle from which the rotor rolls with a turning race for a turn of the race or more.
 
     Meanwhile the rotor whirls less than a turn: it lies on the race, or swings.
     """

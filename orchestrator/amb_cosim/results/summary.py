@@ -67,7 +67,7 @@ class Summary:
     contact_share
         Share of the time between disturbance and relief in each contact state, by the plant's output `contact_state`.
     site_share
-        Share of the same time that the rotor is in contact at each site.
+        Share of the same time during which the rotor is in contact at each site.
     contact_states
         Names of these states: for two bearings none, the first, the second, both.
     cycle_duration, speed_changes

@@ -60,7 +60,7 @@ class ScenarioPlan(Plan):
 
     @property
     def profile(self) -> tuple[tuple[int, float], ...]:
-        """Points (communication point, rad/s) that the speed is linear between; empty if it is constant."""
+        """Points (communication point, rad/s) between which the speed is linear; empty if it is constant."""
         return next((ramp.points for ramp in self.ramps if ramp.variable == SPEED), ())
 
 

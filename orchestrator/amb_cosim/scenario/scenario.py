@@ -58,7 +58,8 @@ FORMER_LABELS = {"step": "disturbance", "removal": "relief"}  # labels that impl
 class Scenario(Table):
     """A run of the levitated rotor.
 
-    Cycles are periods of rotation at the initial speed, counted from the end of settling. A cycle of a rotor that is initially at rest lasts 10 ms.
+    Cycles are periods of rotation at the initial speed, counted from the end of settling. A cycle of a rotor that is
+    initially at rest lasts 10 ms.
 
     Keys of `inputs`, `parameters` and `fmu` are component names; `*` and `?` in the names of parameters and inputs
     match any characters and any one character.

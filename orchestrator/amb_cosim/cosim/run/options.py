@@ -29,8 +29,8 @@ class Saves:
     Attributes
     ----------
     points
-        Communication points; each state belongs to the last point up to it at which all components have completed their
-        steps.
+        Communication points; each state is saved at the last point, up to the requested one, at which all components
+        have completed their steps.
     file, every
         File of automatic checkpoints, each replacing the previous one, and wall-clock time between them (s).
     held

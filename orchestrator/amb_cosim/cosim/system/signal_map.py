@@ -19,7 +19,7 @@ class SignalMap:
     n_exogenous
         Number of positions, from the first, with exogenous inputs.
     sources
-        For each component, the positions that its inputs are gathered from.
+        For each component, the positions from which its inputs are gathered.
     depends_on
         For each position, the positions that reach it without delay.
     weights
