@@ -71,7 +71,7 @@ def _compiled(function: F, **options: bool) -> F:
 def views(function: F) -> F:
     """Let kernels call `function`, which returns views into its arguments; calls from Python run it as Python.
 
-    It also suits formulas that are needed in Python as well. Its machine code becomes part of its callers'; numba's
+    The decorator also suits formulas that Python code needs. Its machine code becomes part of its callers'; numba's
     inlining would infer its types at every call, which takes two fifths of the time to compile the plant. A kernel
     cannot return a view to Python, because it does not own the memory.
     """

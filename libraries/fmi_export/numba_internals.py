@@ -191,7 +191,7 @@ _NOWHERE = ctypes.create_string_buffer(8)  # the address of machine code that do
 def compile_nothing() -> None:
     """Let numba's libraries contain only their function; their text includes everything that it calls.
 
-    This is for a process that lowers kernels but does not run any.
+    Only a process that lowers kernels, but does not run any, can use this.
     """
     codegen: Any = importlib.import_module("numba.core.codegen")
     caching: Any = importlib.import_module("numba.core.caching")

@@ -97,7 +97,7 @@ class ResidualModes:
 def free_rotor(full: Matrices) -> FreeRotor:
     """Return the modes of a free rotor, the same in both planes of motion, from its finite-element model.
 
-    Its rows are x, y, x', y' of each node, as `assemble` returns them.
+    The model's rows are x, y, x', y' of each node, as `assemble` returns them.
     """
     from scipy.linalg import eigh  # slow to import
 

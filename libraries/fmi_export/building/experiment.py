@@ -9,9 +9,9 @@ Modelica Association (github.com/modelica/ma-hs-experiments):
       stimuli.csv            inputs, each constant
       references.csv         all outputs at the start and after each step, with all digits
 
-It consists of ten usual steps from the start values. Inputs with a nominal size (displacements, currents and forces)
-are set to different values of a few per cent of that size. The results were computed by FMPy with the engine of this
-machine; with other C libraries the results differ in the last bits.
+The experiment consists of ten steps of the usual size from the start values. Inputs with a nominal size (displacements,
+currents and forces) are set to different values of a few per cent of that size. The results were computed by FMPy with
+the engine of this machine; with other C libraries the results differ in the last bits.
 """
 
 from __future__ import annotations

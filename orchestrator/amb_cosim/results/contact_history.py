@@ -117,7 +117,7 @@ def recovery(dataset: Signals) -> Recovery | None:
     C is the last contact, E the end, N the number of turns, L the last event or point of the speed, or cycle 0 if that
     is later. A rotor that rolls at the end through a turn of whirl is trapped at once, since the spin drives the whirl.
     Any other outcome is `undecided`, because the run ends too early. All of these apply with or without a disturbance.
-    Otherwise, `prevented` means no contact after the disturbance.
+    In the remaining cases, `prevented` means no contact after the disturbance, and `recovered` that contact has ended.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 

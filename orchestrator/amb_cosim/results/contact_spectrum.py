@@ -22,7 +22,7 @@ def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
 
         share = sum(S(omega), omega > valid_to) / sum(S(omega))
 
-    S is the power spectrum of `f_n`, by Welch's method, from cycle 0 on, up to half the sampling frequency. It does not
+    S is the power spectrum of `f_n`, by Welch's method, from cycle 0 on, up to half the sampling frequency. S does not
     include the impulses of impacts, which have equal power at all frequencies.
 
     Returns

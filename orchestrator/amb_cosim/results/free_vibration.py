@@ -6,8 +6,8 @@ a vibration that rotation does not force, between this line and its larger neigh
 
     f N = k + s (2 r - 1)/(r + 1),    r = |W_(k+s)|/|W_k|                                         (1)
 
-Its amplitudes follow from a fit, with mean and harmonics of the speed, to each half of the samples. The fit separates
-frequencies that share lines.
+The amplitudes of the vibration follow from a fit, with mean and harmonics of the speed, to each half of the samples.
+The fit separates frequencies that share lines.
 """
 
 from __future__ import annotations

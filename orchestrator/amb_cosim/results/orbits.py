@@ -69,8 +69,8 @@ def upright(dataset: Signals) -> complex:
 
         exp(-j (pi/2 + a)),    a: `gravity_angle`, the direction of gravity from x towards y
 
-    Magnets often stand at 45 degrees to the vertical. It also applies to a rotor whose gravity is left out. The factor
-    is 1 without an angle, and for an upright rotor, in whose plane of motion no direction is up.
+    Magnets often stand at 45 degrees to the vertical. The factor also applies to a rotor whose gravity is left out. The
+    factor is 1 without an angle, and for an upright rotor, in whose plane of motion no direction is up.
     """
     angle, down = parameters(dataset).get("gravity_angle"), np.sign(gravity_across(dataset) or 1.0)
     if angle is None or is_upright(dataset):

@@ -5,9 +5,9 @@ With z the displacement from the centre of a retainer and z_r its mean over the 
     alpha = |arg(z conj(z_r))|                                                                    (1)
 
 To get around the retainer the rotor must pass its far side, alpha = pi. It rocks steadily if alpha stays below pi/2 in
-the last quarter, and would still do so if the run lasted twice as long and alpha grew as it grew from a_1 to a_2. These
-are its largest values in the two quarters before and in the last quarter. The middles of these are 3/8 of the time
-apart:
+the last quarter, and would still do so if the run lasted twice as long and alpha grew as it grew from a_1 to a_2. Here
+a_1 and a_2 are the largest values of alpha in the two quarters before the last and in the last quarter. The middles of
+these intervals are 3/8 of the time apart:
 
     a_2 max(1, a_2/a_1)^(8/3) < pi/2                                                              (2)
 

@@ -123,11 +123,11 @@ def is_self_excited(dataset: Signals, within: slice) -> bool:
     """Return whether a vibration that is not periodic with the rotation lasts and keeps reaching limits of currents.
 
     Rotation, weight and constant inputs force motion that is periodic with the rotation, even if it reaches limits. Any
-    other vibration decays under a stable loop. A vibration that does not decay is driven by an unstable loop, and
-    limits that it reaches bound it. This is a limit cycle, which may be at these limits for any share of the time.
-    Vibrations are compared over two intervals of `MIN_CYCLES` or more. With sensor noise, which drives all vibrations,
-    or a component that excites the rotor from outside its loop, such as a generator of test forces, the result is
-    false.
+    other vibration decays under a stable loop. A vibration that does not decay is driven by an unstable loop and
+    bounded by the limits that it reaches. Such a vibration is a limit cycle, which may be at these limits for any share
+    of the time. Vibrations are compared over two intervals of `MIN_CYCLES` or more. With sensor noise, which drives all
+    vibrations, or a component that excites the rotor from outside its loop, such as a generator of test forces, the
+    result is false.
 
     Parameters
     ----------

@@ -31,7 +31,8 @@ from array_types import Array
 def bare_signals(plan: ScenarioPlan, recording: Recording, places: RotorPlaces) -> SignalTable:
     """Return the record of a run over time and cycle, with the rotor's places and the cycles of events.
 
-    It gives the key values of a complete result; collecting units and warnings would take longer than computing them.
+    The record gives the key values of a complete result; collecting units and warnings would take longer than computing
+    them.
     """
     recorder = recording.recorder
     variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}

@@ -98,9 +98,9 @@ def execute(plan: ScenarioPlan, options: RunOptions = DEFAULTS) -> Result:
 
 
 def check(scenario: str | Path | Scenario) -> None:
-    """Raise ValueError if a scenario does not fit the components that it runs; it builds their FMUs if necessary.
+    """Raise ValueError if a scenario does not fit the components that it runs; their FMUs are built if necessary.
 
-    It is a `Scenario`, the name of a packaged scenario, or the path of a TOML file.
+    The scenario is a `Scenario`, the name of a packaged scenario, or the path of a TOML file.
 
     Examples
     --------

@@ -1,7 +1,8 @@
 """Contact with the stators of magnetic bearings, the last support of a rotor whose magnets have lost their power.
 
-An energised magnet pulls a rotor that crosses the air gap into the stator, which the actuator reports as a fault.
-Without power the rotor touches the bore, steel on steel, just beyond the smaller air gap of the bearing's two axes:
+An energised magnet pulls a rotor that crosses the air gap into the stator, which the actuator reports as a fault. If
+the magnet has no power, the rotor touches the bore, steel on steel, just beyond the smaller air gap of the bearing's
+two axes:
 
     |r| <= 1.001 min(l_x, l_y)
 
@@ -33,7 +34,7 @@ DRY_STEEL = {"mu": 0.3, "restitution": 0.3}  # friction and restitution of steel
 def reasons_for_stators(scenario: Scenario, settings: Mapping[str, Raw]) -> tuple[str, ...]:
     """Return the names and patterns, `component.variable`, set by a scenario or its `settings`, that need stators.
 
-    They switch amplifiers off at any time, or are parameters of the stators themselves.
+    These variables switch amplifiers off at any time, or are parameters of the stators themselves.
     """
     tables = [scenario.parameters, scenario.inputs, *(event.set for event in scenario.event)]
     stated = [(f"{name}.{v}", raw) for table in tables for name, values in table.items() for v, raw in values.items()]

@@ -1,6 +1,6 @@
 """Runs the finaliser of PythonFMU's binary in the right order when the process exits.
 
-It serves foreign FMUs; in this project's FMUs, the guard does this.
+This module serves foreign FMUs; in this project's FMUs, the guard does the same.
 
 The binary keeps a static shared pointer to its interpreter state. At exit the C library runs static destructors first
 and a library's finaliser last; the finaliser then releases a pointer that is already destroyed, and decrements memory

@@ -21,8 +21,8 @@ from array_types import Array, Indices
 class StopCondition:
     """Ends the run once `variable` has been `above` or `below` a limit for `hold` s without a break.
 
-    The other limit is None. It is checked from `begin` (s) or, by default, from the beginning of the run; a `hold` of 0
-    means a single point.
+    The other limit is None. The condition is checked from `begin` (s) or, by default, from the beginning of the run; a
+    `hold` of 0 means a single point.
     """
 
     variable: str

@@ -64,8 +64,8 @@ class Connection:
 class Signal:
     """An exogenous signal that feeds several inputs at once.
 
-    If it has a separate `port`, its value has that unit and type, and `laws` are factor and offset of the inputs that
-    are not equal to it. Without a port, its value is the value of its inputs.
+    If it has a separate `port`, its value has the unit and type of the port, and `laws` are factor and offset of the
+    inputs that are not equal to it. Without a port, its value is the value of its inputs.
     """
 
     name: str

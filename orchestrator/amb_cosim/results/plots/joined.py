@@ -62,8 +62,8 @@ def joined(
     A rotor that touches at two successive samples stays on its retainer between them, so an arc joins them, whose angle
     is the one nearest to `turned`. A chord would show the rotor in the middle of the clearance, where it never was.
     Other samples beyond `OUTSIDE` that are `APART` are separated by NaN, because their path is unknown. So are samples
-    of a flight at which the path turns by more than `TURN`: it vibrates faster than it is sampled, and chords would
-    look like bounces.
+    of a flight at which the path turns by more than `TURN`: the rotor vibrates faster than it is sampled, and chords
+    would look like bounces.
 
     Parameters
     ----------
