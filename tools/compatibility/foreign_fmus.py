@@ -33,18 +33,18 @@ PAGE = Path(__file__).parents[2] / "docs" / "validation" / "foreign_fmus.md"
 HEAD = """# Other tools' FMUs, compared with FMPy
 
 `python -m tools.compatibility.foreign_fmus FOLDER ...` writes this page. This master and FMPy {version} ran each FMU
-alone, with its start values, constant inputs, and the step and the stop time of its default experiment. A row has the
-FMUs of a tool, the sum of their outputs and recorded times, and the largest difference of all of them.
+alone, with its start values, constant inputs, and the step and the stop time of its default experiment. Each row lists
+the FMUs of a tool, the total numbers of their outputs and recorded times, and the largest difference.
 
-A run has at most {most} steps. An FMU that takes any step has the next smaller power of 2, whose multiples are exact:
-FMPy's steps are differences of times, and their rounding can move an event by a step. The blocks Sensor_Block draw
-random numbers, by which two runs in FMPy can differ by 2.
+A run has at most {most} steps. If an FMU takes any step, the step is the next smaller power of 2, whose multiples are
+exact, because FMPy's steps are differences of times and their rounding can move an event by a step. The Sensor_Block
+FMUs draw random numbers, so even two runs in FMPy can differ by 2.
 
-The FMUs are those for 64-bit Linux in the public repositories of
-[Reference FMUs](https://github.com/modelica/Reference-FMUs), [Ecos](https://github.com/Ecos-platform/ecos),
+The FMUs are for 64-bit Linux and come from the public repositories of [Reference
+FMUs](https://github.com/modelica/Reference-FMUs), [Ecos](https://github.com/Ecos-platform/ecos),
 [libcosim](https://github.com/open-simulation-platform/libcosim), [FMI4j](https://github.com/NTNU-IHB/FMI4j),
 [OMSimulator](https://github.com/OpenModelica/OMSimulator) and
-[Maestro](https://github.com/INTO-CPS-Association/maestro), and in the packages crane-fmu and gemseo-fmu.
+[Maestro](https://github.com/INTO-CPS-Association/maestro), and from the packages crane-fmu and gemseo-fmu.
 
 """
 COLUMNS = ("tool", "FMI", "FMUs", "outputs", "times", "largest difference")
