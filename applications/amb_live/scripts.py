@@ -84,7 +84,7 @@ def read_module(path: str, source: str) -> Module:
     if unsupported is not None:
         raise ValueError(
             f"{path}: {unsupported.group()!r} is not allowed; it must be import {{ names }} from a relative path, "
-            "or export of names, or before a function, class or const"
+            "or export of names, or export before a function, class or const"
         )
     return Module(text.strip() + "\n", imports, exports)
 

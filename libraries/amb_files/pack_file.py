@@ -63,7 +63,7 @@ def default(key: Default) -> str:
     values = {pack: name for pack, file in pack_files().items() if (name := getattr(file, key)) is not None}
     if len(values) != 1:
         which = f"packs {' and '.join(values)} define" if values else "no pack defines"
-        raise ValueError(f"{which} a default {key}; name the one to use")
+        raise ValueError(f"{which} a default {key}; name one explicitly")
     (name,) = values.values()
     return str(name)
 

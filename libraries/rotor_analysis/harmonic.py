@@ -113,7 +113,7 @@ class HarmonicModel:
                 stiffness, np.broadcast_to(self.left @ inputs, (len(omegas), len(self.left), inputs.shape[-1]))
             )
         except np.linalg.LinAlgError as error:
-            raise ValueError("a frequency equals that of an undamped mode, and its response is unbounded") from error
+            raise ValueError("a frequency equals that of an undamped mode, so the response is unbounded") from error
         return np.asarray((outputs @ self.right) @ motion)
 
 

@@ -36,9 +36,9 @@ class Shaft:
     youngs_modulus: YoungsModulus | None = None
     """Modulus E of elements without a named material."""
     density: Density | None = None
-    """Density rho of these."""
+    """Density rho of these elements."""
     poissons_ratio: PoissonsRatio | None = None
-    """Poisson's ratio nu of these."""
+    """Poisson's ratio nu of these elements."""
     inner_diameter: InnerDiameters = (0.0,)
     """One value for each element, or one for all."""
     theory: Theory = "timoshenko"
@@ -150,9 +150,9 @@ class SectionedShaft:
     youngs_modulus: YoungsModulus | None = None
     """Modulus E of sections without a named material."""
     density: Density | None = None
-    """Density rho of these."""
+    """Density rho of these sections."""
     poissons_ratio: PoissonsRatio | None = None
-    """Poisson's ratio nu of these."""
+    """Poisson's ratio nu of these sections."""
     theory: Theory = "timoshenko"
     """`timoshenko`, or `rayleigh` without shear deformation."""
     material: Name | None = None

@@ -34,7 +34,7 @@ def overview(report: Report) -> str:
         [
             f"The {label} has {counts.total()} statements; {plain + with_reading + within} of them are reproduced: "
             f"{plain} as they stand, {with_reading} with a stated factor or reading, and {within} because a value "
-            "keeps a limit.",
+            "is within a limit.",
             f"{missed} are not reproduced.",
             *reasons,
             f"The others prove nothing: {given} are inputs of the model, {definition} follow from definitions, and "

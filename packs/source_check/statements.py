@@ -49,7 +49,7 @@ class Source(Table):
     arguments: Values = Field(default={})
     """Arguments of the study."""
     title: str = ""
-    """One-line description that replaces the one of the scenario or study."""
+    """One-line description that replaces the description of the scenario or study."""
     reading: str = ""
     """Assumptions on open points of the source, and deviations from it."""
 
@@ -97,7 +97,7 @@ class Statement(Table):
     absolute: float = Field(default=0.0, ge=0.0)
     """Allowed deviation in the unit of the value."""
     floor: float | None = None
-    """Smallest value that a limit from above admits, in the unit of the value; otherwise zero would keep any limit."""
+    """Smallest value that an upper limit admits, in the unit of the value; otherwise zero would meet any upper limit."""
     because: str = ""
     """Reason for the tolerance."""
     source: str = ""

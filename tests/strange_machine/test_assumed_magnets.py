@@ -74,7 +74,7 @@ def test_constants_far_from_those_of_the_magnets_warn(factor: float, warns: bool
     own = prepare_run(WEIGHTLESS, LINEAR).parameters["rolac_controller"]["north.k_s_x"]
     given = LINEAR | {"rolac_controller.north.k_s_x": factor * own}
     warnings = amb_cosim.run(WEIGHTLESS, set=given, until="1 ms", progress=False).summary.warnings
-    both = f"rolac_controller.north.k_s_x = {factor * own:.4g} N/m, but {own:.4g} N/m by the magnet"
+    both = f"rolac_controller.north.k_s_x = {factor * own:.4g} N/m, but {own:.4g} N/m according to the magnet"
     assert any(both in warning for warning in warnings) == warns
 
 

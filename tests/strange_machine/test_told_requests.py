@@ -15,9 +15,9 @@ SHORT = Scenario.load(LEVITATION).changed(event=[], end_cycle=2, settle_cycles=1
     [
         (
             {"chain.delay": True},
-            "rolac_controller.chain.delay = true changes nothing while rolac_controller.chain.preset = ideal",
+            "rolac_controller.chain.delay = true has no effect while rolac_controller.chain.preset = ideal",
         ),
-        ({"chain.preset": "rig", "chain.adc": False}, "rolac_controller.chain.adc = false changes nothing"),
+        ({"chain.preset": "rig", "chain.adc": False}, "rolac_controller.chain.adc = false has no effect"),
         ({"chain.preset": "custom", "chain.delay": True}, None),
         ({"chain.preset": "rig", "chain.delay": True}, None),
         ({"chain.delay": False}, None),
@@ -27,7 +27,7 @@ SHORT = Scenario.load(LEVITATION).changed(event=[], end_cycle=2, settle_cycles=1
 def test_an_ineffective_switch_of_the_chain_is_the_first_warning(settings, expected):
     chosen = {f"rolac_controller.{name}": value for name, value in settings.items()}
     warnings = amb_cosim.run(SHORT, set=chosen).summary.warnings
-    idle = [warning for warning in warnings if "changes nothing" in warning]
+    idle = [warning for warning in warnings if "has no effect while" in warning]
     assert idle == ([] if expected is None else warnings[:1])
     assert expected is None or warnings[0].startswith(expected)
 

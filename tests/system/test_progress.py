@@ -104,7 +104,7 @@ SHAFT = ("--mass", "60 kg", "--length", "1.2 m", "--speed", "12000 rpm")
 @pytest.mark.parametrize(
     ("module", "function", "done", "command", "line"),
     [
-        (files, "first_design", (50e-6, 24), ("new", "pump", *SHAFT), "samples of 50 µs, gains tried: 24"),
+        (files, "first_design", (50e-6, 24), ("new", "pump", *SHAFT), "sample time 50 µs, gains tried: 24"),
         (source_check.evaluation, "assess", (7, 80), ("report", "--pack", "bath_thesis"), "7 of 80 runs and studies"),
     ],
 )

@@ -247,8 +247,8 @@ def loop_of(
     times = sorted({part.law.sample_time or 0.0 for part in discrete})
     if times[-1] > times[0] * (1.0 + 1e-9):
         raise ValueError(
-            f"components that sample every {', '.join(f'{time:g} s' for time in times)} are not allowed; a linear "
-            f"model must have a single sample time"
+            f"components with sample times of {', '.join(f'{time:g} s' for time in times)} are not allowed; a "
+            f"linear model must have a single sample time"
         )
     if not continuous:
         return connected(discrete, within(discrete, feeds))

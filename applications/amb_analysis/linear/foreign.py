@@ -92,8 +92,8 @@ def foreign_component(
     )
     varying = _relative(second[:, 1:] - first[:, :-1], np.concatenate([first, second]))
     if varying > SLOWER:
-        later = f"{name}: a pulse that begins a step of {sample_time:g} s later has a different response"
-        slower = "as if the component samples less often; the communication step must equal its sample time"
+        later = f"{name}: a pulse has a different response if it begins one step of {sample_time:g} s later"
+        slower = "as if the component sampled less often; the communication step must equal its sample time"
         if np.any(undisturbed != undisturbed[0]):
             slower += "; or it is nonlinear and moves without a pulse, as in a limit cycle, and has no linear model"
         raise ValueError(f"{later}, {slower}")
@@ -101,9 +101,9 @@ def foreign_component(
     law, note = _best(derived, markov, sample_time)
     curvature = _relative(even, markov)
     if curvature > NONLINEAR:
-        note += f"; it is not linear: responses to pulses of both signs differ by {curvature:.1g}"
+        note += f"; it is not linear: responses to positive and negative pulses differ by {curvature:.1g}"
     if varying > NONLINEAR:
-        note += f"; it is not linear, or not at rest: responses to pulses in two steps differ by {varying:.1g}"
+        note += f"; it is not linear, or not at rest: responses to pulses in different steps differ by {varying:.1g}"
     return LinearComponent(
         law, names_of(name, inputs), names_of(name, outputs), notes=(f"{name}: {note}",), at_end=True
     )

@@ -237,11 +237,13 @@ class Loop:
             (part,) = self.linear_components.at(Omega).parts([name])
             coupled = without_idle_states(part.selected(others, [demand]).law)
             if len(of_axis) != 1 or len(coupled.A) or coupled.D.any():
-                raise ValueError(f"{demand} depends on more than the displacement along the shaft {', '.join(of_axis)}")
+                raise ValueError(
+                    f"{demand} depends on more than the displacement along the shaft, {', '.join(of_axis)}"
+                )
             law = without_idle_states(part.selected(of_axis, [demand]).law)
             controls.append(AxialControl(law, self.sample_time, part.late + (1.0 if part.at_end else 0.0)))
         if any(control.differs_from(controls[0]) for control in controls):
-            raise ValueError(f"{demand} depends on the speed; the axis along the shaft must have one law")
+            raise ValueError(f"{demand} depends on the speed; the law of the axis along the shaft must not")
         return controls[0]
 
     @cached_property

@@ -204,7 +204,7 @@ def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Pl
     axes = machine.run_loop.axis_names
     for place in electric:
         if place.axis_name not in axes:
-            raise ValueError(f"{place.name} is not a current of this machine; its axes are {', '.join(axes)}")
+            raise ValueError(f"{place.name} is not a current of this machine, whose axes are {', '.join(axes)}")
     linear_source = machine.run_components.at(structure.Omega)
     injected = [f"{ACTUATOR}.{p.place}.i_{p.direction}" for p in inputs if p.unit == "A"]
     components = (ACTUATOR,) if structure.loop == "open" else None

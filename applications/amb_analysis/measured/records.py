@@ -82,7 +82,7 @@ class FrequencyResponse:
                 raise ValueError(f"{self.name}: coherence {worst:g} is not allowed; it must be from 0 to 1")
             object.__setattr__(self, "coherence", np.clip(self.coherence, 0.0, 1.0))
         if n < 2 or not np.isfinite(self.frequencies).all() or not (np.diff(self.frequencies) > 0.0).all():
-            raise ValueError(f"{self.name}: its {n} frequencies are not allowed; two or more must be given and ascend")
+            raise ValueError(f"{self.name}: its {n} frequencies are not allowed; they must be two or more, ascending")
         if self.frequencies[0] <= 0.0:
             raise ValueError(f"{self.name}: frequency {self.frequencies[0]:g} Hz is not allowed; it must be > 0 Hz")
 

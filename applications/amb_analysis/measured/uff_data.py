@@ -127,7 +127,7 @@ def _check_length(item: Set, number: int) -> None:
     """Raise ValueError if a function in text form has more numbers than it announces; zeros may pad its last line."""
     n, data = int(item["num_pts"]), item["data"]
     if n < 0 or (not item["binary"] and (len(data) - n > MOST_FILLING or np.any(data[n:] != 0.0))):
-        raise ValueError(f"set {number} announces {n} points, and has {len(data)}; it is damaged or incomplete")
+        raise ValueError(f"set {number} announces {n} points but contains {len(data)}; it is damaged or incomplete")
 
 
 def _check_function(item: Set, number: int) -> None:
@@ -139,7 +139,7 @@ def _check_function(item: Set, number: int) -> None:
         )
     n, announced = len(item["data"]), int(item["num_pts"])
     if n != announced or len(item["x"]) != n:
-        raise ValueError(f"set {number} announces {announced} points, and has {n}; it is damaged or incomplete")
+        raise ValueError(f"set {number} announces {announced} points but contains {n}; it is damaged or incomplete")
     sizes = np.abs(item["data"])
     sizes = sizes[sizes > 0.0]
     if not np.isfinite(sizes).all() or (len(sizes) and sizes.max() > WIDEST * sizes.min()):

@@ -168,7 +168,7 @@ class Traps(MachineResult):
             where = " and ".join(f"{site} ({force.text(N)})" for site, N in state.normal_forces.items())
             if frequencies:
                 lines.append(
-                    f"in contact at {where} the rotor vibrates at {', '.join(frequencies)}; in brackets the damping"
+                    f"in contact at {where} the rotor vibrates at {', '.join(frequencies)}; the damping is in brackets"
                 )
         for lasting in self.own:
             slow, fast = (", ".join(f"{site} {_force_text(N[k])}" for site, N in lasting.N.items()) for k in (0, 1))

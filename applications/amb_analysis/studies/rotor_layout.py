@@ -133,7 +133,7 @@ class RotorLayout(WarnedResult, DrawnResult):
             return f"plant by {self.method}: {size}"
         limit = _hertz(self.receptance.limit) if math.isfinite(self.receptance.limit) else "its fastest mode"
         accuracy = f"{100.0 * self.receptance.accuracy:g} % up to {limit}"
-        within = f"receptance at rest between bearings and sites within {accuracy}"
+        within = f"error of the receptance at rest between bearings and sites: at most {accuracy}"
         return f"plant by {self.method}: {size}; {within}"
 
     def _receptance_table(self) -> list[TextBlock]:

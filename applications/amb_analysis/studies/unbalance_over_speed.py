@@ -301,7 +301,7 @@ def _first_disc(rotor: Rotor) -> Point:
     """Return the point of the first disc plane or, if there is none, of the first body."""
     names = [body.name for body in (*rotor.discs, *rotor.bodies)]
     if not names:
-        raise ValueError("node is missing: a rotor without disc planes and bodies has no default place of unbalance")
+        raise ValueError("node is missing: a rotor without disc planes or bodies has no default place of unbalance")
     return rotor.point_of(names[0])
 
 

@@ -102,7 +102,7 @@ def new(
             task = progress.add_task(STARTING, total=None)
 
             def report(sample_time: float, tried: int) -> None:
-                progress.update(task, description=f"samples of {1e6 * sample_time:g} µs, gains tried: {tried}")
+                progress.update(task, description=f"sample time {1e6 * sample_time:g} µs, gains tried: {tried}")
 
             air, angle = None if gap is None else quantity(gap, "m", "gap"), quantity(tilt or 0.0, "rad", "tilt")
             machine = new_machine(
@@ -222,9 +222,9 @@ def _lag(design: Design) -> str:
     hertz = omega / (2.0 * math.pi)
     amplifier, computer = math.degrees(math.atan(hertz / BANDWIDTH)), 540.0 * hertz * sample_time
     return (
-        f"assumed lag at {hertz:.0f} Hz: {amplifier:.0f} deg by amplifiers of {1e-3 * BANDWIDTH:g} kHz, "
-        f"{computer:.0f} deg by a computer with samples of {1e6 * sample_time:g} µs and a delay of one sample, none by "
-        "sensor filters"
+        f"assumed lag at {hertz:.0f} Hz: {amplifier:.0f} deg from amplifiers of {1e-3 * BANDWIDTH:g} kHz, "
+        f"{computer:.0f} deg from a computer with a sample time of {1e6 * sample_time:g} µs and a delay of one sample, "
+        "none from sensor filters"
     )
 
 

@@ -17,7 +17,7 @@ from amb_cosim.results.summary import AtPlaces, Summary
 from amb_cosim.results.touchdown import Retainer, Touchdown
 
 METHODS = {  # of the plant's output `solver.method`, in words
-    "exact": "whole by matrices",
+    "exact": "as a whole by matrices",
     "pieces": "in parts by matrices",
     "events": "in substeps around contact events",
     "no_matrices": "in substeps without matrices",

@@ -57,7 +57,7 @@ class StatedValues:
             return
         reference, whose = self._magnitude(variable, unit, label), "the scenario's"
         if reference == 0.0:
-            reference, whose = self._largest_alike(variable, ports[0], label), "the largest of its kind,"
+            reference, whose = self._largest_alike(variable, ports[0], label), "the largest value of its kind,"
         if 0.0 < FAR * reference < abs(value):
             raise ValueError(
                 f"{name} = {value:g} {unit} is {abs(value) / reference:.3g} times {whose} {reference:.4g} {unit}; add "

@@ -165,4 +165,4 @@ def _difference(values: Assignments, name: str, of_magnet: float) -> str:
     least, most = sorted((stated / LARGEST_RATIO, stated * LARGEST_RATIO))
     if least <= of_magnet <= most:
         return ""
-    return f"{name} = {stated:.4g}{port.display_unit}, but {of_magnet:.4g}{port.display_unit} by the magnet"
+    return f"{name} = {stated:.4g}{port.display_unit}, but {of_magnet:.4g}{port.display_unit} according to the magnet"

@@ -39,7 +39,7 @@ def idle_switches(values: Assignments, stated: Collection[str]) -> list[str]:
     if chosen == CUSTOM or not idle:
         return []
     settings = ", ".join(f"{switch} = {'true' if values.parameter(switch) else 'false'}" for switch in idle)
-    return [f"{settings} changes nothing while {name} = {chosen}; it takes effect with {name} = {CUSTOM}"]
+    return [f"{settings} has no effect while {name} = {chosen}; it takes effect with {name} = {CUSTOM}"]
 
 
 def unsteady_effects(values: Assignments) -> str:

@@ -95,7 +95,7 @@ class Scenario(Table):
     """Order in which the components step; default: the system's order."""
     communication_step: Value | None = None
     """Step after which values are exchanged. The default is 250 us, or 25 us in Jacobi order; there, a controller with
-    the parameter `prediction_time` predicts two steps ahead unless that is set.
+    the parameter `prediction_time` predicts two steps ahead unless this parameter is set.
     """
     Omega: Value
     """Speed up to cycle 0, and afterwards unless `speed` has points. A file states its unit; a number is in rad/s."""
@@ -115,8 +115,8 @@ class Scenario(Table):
     """Revolutions before cycle 0 in which the motion settles. The rotor angle at cycle 0 is `initial.angle` of the
     rotor plus these revolutions, with any communication step."""
     settling: Settling = "simulated"
-    """Method for the motion before cycle 0: `simulated` over these turns; `solved` for, with a simulated turn that ends
-    at the same rotor angle; or `automatic`, which solves if possible. It is not possible with noise, converters,
+    """Method for the motion before cycle 0: `simulated` over these turns; `solved`, followed by a simulated turn that ends
+    at the same rotor angle; or `automatic`, which solves if possible. Solving is not possible with noise, converters,
     adaptive control, identification or contact before cycle 0, with an unstable loop or nonlinear forces, or if
     housings or races move or the speed changes.
     """

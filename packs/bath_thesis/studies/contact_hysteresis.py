@@ -111,7 +111,7 @@ class ContactLaws(DrawnResult):
         return [
             table,
             f"(4.3) as printed jumps to {jump} at the touch (A of Fig. 4.1) and pulls with {pull} before the mass "
-            f"leaves (B); in the plant no law pulls, and (4.13) touches with {smooth}",
+            f"leaves (B); in the plant no law pulls, and (4.13) touches with a force of {smooth}",
         ]
 
 

@@ -18,7 +18,7 @@ MODES = 8  # of the rotor, the lowest
 @FILE
 @output("Bode plots to write: .png, .pdf or .svg.")
 @ROTOR
-@click.option("--speed", type=SPEED, default="0 rpm", help="Speed of the law and of the rotor's modes.")
+@click.option("--speed", type=SPEED, default="0 rpm", help="Speed at which the law and the modes are evaluated.")
 @JSON
 @UNITS
 def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json: bool) -> None:

@@ -141,8 +141,8 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
         iron = "The iron is assumed to be laminated, without eddy currents. A solid disc always has them."
     else:
         iron = (
-            f"Eddy currents cause a half-order lag with corner {hertz(bearing.corner):.4g} Hz. It is modelled by the "
-            f"sum of {len(LAG.poles)} first-order lags, as in co-simulation."
+            f"Eddy currents cause a half-order lag with a corner at {hertz(bearing.corner):.4g} Hz. It is modelled by "
+            f"the sum of {len(LAG.poles)} first-order lags, as in co-simulation."
         )
         if bearing.is_corner_computed:
             iron += (

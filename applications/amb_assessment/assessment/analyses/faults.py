@@ -50,7 +50,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "times; "
         "without them, `spin.drag` determines how fast the machine runs down.",
         "Faults occur at the largest speed, one at a time; the worst of each kind is judged. A rotor on its retainers, "
-        "or across the air gap of a magnet, counts as 100 %. The run ends if the rotor reaches a magnet with power.",
+        "or across the air gap of a magnet, counts as 100 %. The run ends if the rotor reaches an energised magnet.",
     )
     title, at = "Displacement over clearance", f"{rpm(speed.highest):.0f} rpm"
     panels = (

@@ -110,10 +110,10 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"rest if it stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run "
         f"ends "
         f"at {100.0 * STOPPED:g} % of the initial speed, or after {longest(subject, LONGEST, MOST_STEPS):.4g} s at the "
-        f"latest. It ends earlier if the rotor would turn for longer than that, and the run of half the time "
+        f"latest. It ends earlier if the rotor would turn for longer than that and a run of half the duration "
         f"predicted the "
         f"same standstill within {100.0 * SAME_TIME:g} % and the same rest or steady rocking.",
-        "In addition to friction, the machine's drag brakes it: spin.drag (gas, windage), race_drag and "
+        "In addition to friction, the machine's drag brakes the rotor: spin.drag (gas, windage), race_drag and "
         "race_viscous_drag (balls). A race without drag rotates with the rotor for minutes and absorbs hardly any "
         "heat.",
         *_without_temperature(touchdown),

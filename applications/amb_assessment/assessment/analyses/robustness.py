@@ -80,8 +80,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     )
     notes = (
         f"Tolerances: {shares}, all corners. Stability is judged from zero to the trip speed, decrements from the "
-        "smallest speed to the trip speed, and sensitivities, up to half the sample rate, at the smallest and the "
-        "largest speed; for the corner with the largest sensitivity also between these. A gap wider by a "
+        "smallest speed to the trip speed. Sensitivities are judged up to half the sample rate, at the smallest and "
+        "the largest speed and, for the corner with the largest sensitivity, also between them. A gap wider by a "
         "fraction d divides K_i by (1 + d)^2 and K_s by (1 + d)^3. The modes are the free rotor's bending modes, "
         "which all change by the same factor.",
     )

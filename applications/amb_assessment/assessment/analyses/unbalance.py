@@ -66,14 +66,14 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"Unbalance: {FACTOR:g} U_r = {1e6 * total:.4g} g mm in total, U_r = 6350 m/N g mm with the mass m in kg; "
         f"each lobe of a mode's shape receives a share at its antinode, in proportion to mass times shape. Shapes are "
         f"undamped, without "
-        "seals and stages; the response includes both. Speeds up to 1.5 times the largest.",
-        "Critical speeds are peaks of this response. Unbalance at other places has peaks at other speeds. This "
-        "includes `amb-cosim study unbalance_response`, which uses the unbalances of a scenario.",
+        "seals and stages; the response includes both. Speeds extend to 1.5 times the largest.",
+        "Critical speeds are peaks of this response. Unbalance at other places causes peaks at other speeds; "
+        "`amb-cosim study unbalance_response`, for example, uses the unbalances of a scenario.",
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
         "A_vl/A_max, the probe limit over the largest displacement at the probes in operation, limited to 1 to 6. The "
         "published text states only the 6; the scale represents vibration that rises to the limit, so it never "
         "reduces a share. "
-        "The offset of a place adds to the scaled major axis.",
+        "The offset of a place is added to the scaled major axis.",
         NEARER,
         *table_notes(subject, float(speeds[-1])),
     )

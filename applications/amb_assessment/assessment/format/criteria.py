@@ -216,7 +216,7 @@ def criteria_by_file(sources: Sequence[str | Path] = ()) -> dict[str | Path, lis
 def _criteria_in(source: str | Path, packaged: PackFiles) -> list[Criterion]:
     path = packaged.get(str(source), Path(source))
     if not path.exists():
-        raise ValueError(f"no file of criteria {str(source)!r}; {suggest(str(source), packaged)}")
+        raise ValueError(f"there is no file of criteria {str(source)!r}; {suggest(str(source), packaged)}")
     name = f"criteria {path.name}" + (f" of pack {pack_of(path)}" if str(source) in packaged else "")
     file = validate(read_toml(path, name), CriteriaFile, name)
     common = {"standard": file.standard, "edition": file.edition}

@@ -60,7 +60,7 @@ class Speeds(Table):
             shown = stated(f"{value:g} rad/s", raw)
             allowed = f">= {before:g} rad/s, the {reason}" if reason else "> 0 rad/s"
             require(value >= before if reason else value > 0.0, f"speed.{name}", shown, allowed)
-            most = f"<= {LARGEST_SPEED:g} rad/s ({LARGEST_SPEED * RPM:.0f} rpm), which the models reach"
+            most = f"<= {LARGEST_SPEED:g} rad/s ({LARGEST_SPEED * RPM:.0f} rpm), the limit of the models"
             require(value <= LARGEST_SPEED, f"speed.{name}", shown, most)
             before, reason = value, name
         _ = self.run_up_time, self.run_down_time
@@ -243,7 +243,7 @@ class MachineFile(Table):
     @model_validator(mode="after")
     def _has_a_rotor(self) -> MachineFile:
         if not self.scenario and self.rotor is None:
-            raise ValueError("a machine needs rotor, or scenario")
+            raise ValueError("a machine needs either rotor or scenario")
         _ = self.highest_frequency, self.balancing.speed, self.shaft_tilt
         for name, value, unit in (("gravity", self.gravity, "m/s2"), ("gravity_angle", self.gravity_angle, "rad")):
             if value is not None:

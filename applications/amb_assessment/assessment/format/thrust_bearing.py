@@ -191,7 +191,7 @@ class ThrustBearing(Table):
                 "one of each"
             )
         if len(controller.laws) > 1:
-            raise ValueError(f"controller {name} of the thrust bearing depends on speed; it must have one law")
+            raise ValueError(f"controller {name} of the thrust bearing depends on speed; its law must not")
         delay = float(controller.starts.get("delay", 0.0))
         return AxialControl(controller.law_at(), controller.sample_time, delay)
 

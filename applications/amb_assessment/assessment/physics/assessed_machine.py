@@ -23,7 +23,7 @@ from rotor_analysis.rotor_file import load_rotor
 
 NEARER = (
     "The air gap of a magnet is listed in place of its retainers if the rotor uses a larger share of the gap than of "
-    "their clearances. Each place has its radial clearance."
+    "their clearances. Each place is listed with its radial clearance."
 )
 
 

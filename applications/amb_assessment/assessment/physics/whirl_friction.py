@@ -76,7 +76,7 @@ def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
 
 def _least_friction(subject: AssessedMachine) -> Quantity:
     if not subject.gravity_across and subject.file.axial_gravity:
-        note = "gravity acts only along the shaft, so no fall passes over a top"
+        note = "gravity acts only along the shaft, so no fall passes over the top of the retainers"
         return Quantity("whirl_friction", "upright", MOST, "1", note=note, chaotic=note)
     highest = subject.file.speed.tripping
     scenario = co_simulated(subject, subject.file.speed.highest)
@@ -116,7 +116,7 @@ def chance(least: Quantity) -> str:
         return ""
     return (
         f"friction of {friction:g} is more than half of the {least.value:.3g} that drives a landing into whirl, "
-        "so chance decides on each landing"
+        "so each landing depends on chance"
     )
 
 

@@ -47,7 +47,9 @@ def check_numbers(start: Checkpoint, plan: Plan) -> None:
     ):
         for column in np.flatnonzero(np.isnan(rows).any(axis=0)):
             if plan.system.divide(names[column])[0] not in plan.assembly.from_elsewhere:
-                raise ValueError(f"{start.title} has {names[column]} = nan, which no run writes, so it is damaged")
+                raise ValueError(
+                    f"{start.title} has {names[column]} = nan, which no run writes, so the file is damaged"
+                )
 
 
 def columns_of(start: Checkpoint, recorded: Sequence[str], table: Array, names: Sequence[str], plan: Plan) -> Array:

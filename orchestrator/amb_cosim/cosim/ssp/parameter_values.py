@@ -111,7 +111,7 @@ def read_parameters(root: Any, what: str) -> dict[str, list[ParameterValue]]:
         except (KeyError, ValueError) as error:
             problem = f"= {element.get('value')!r} is not a value" if kind in READERS else "is"
             allowed = ", ".join(READERS)
-            raise ValueError(f"{what}: parameter {name} {problem} of type {kind}; there are {allowed}") from error
+            raise ValueError(f"{what}: parameter {name} {problem} of type {kind}; the types are {allowed}") from error
     return parameters
 
 

@@ -25,7 +25,7 @@ class ComponentTable(Table):
     mandatory: tuple[str, ...] = ()
     """Inputs that a connection or a value must feed."""
     before: str | None = None
-    """Component of the base before which it steps."""
+    """Component of the base before which this one steps."""
 
 
 class ConnectTable(Table):
@@ -51,7 +51,7 @@ class SharedSignalTable(Table):
     """A value that feeds several inputs."""
 
     name: str
-    """Name by which it is set and recorded."""
+    """Name by which the signal is set and recorded."""
     targets: tuple[str, ...] = Field(min_length=1)
     """The inputs, as COMPONENT.INPUT."""
 

@@ -70,7 +70,7 @@ class Verified:
         if self.largest is None:
             return f"equal to the last bit, {compared}"
         d = self.largest
-        cap = f" (the experiment allows {self.allowed:g}, which is too much)" if self.allowed > self.tolerance else ""
+        cap = f" (the experiment allows {self.allowed:g}, which is too large)" if self.allowed > self.tolerance else ""
         verdict = f"{'equal' if self.is_equal else 'NOT equal'} within {self.tolerance:g}{cap}"
         where = f"{d.variable} = {d.computed!r}, reference {d.expected!r}, at t = {d.time:.9g} s"
         return f"{verdict}, {compared}; largest deviation {d.relative:.3g} of the largest value, {where}"

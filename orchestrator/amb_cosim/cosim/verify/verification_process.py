@@ -190,10 +190,10 @@ def _fault_of_times(texts: list[str], start_time: float, stop_time: float) -> st
         return f"its stop time of {stop_time:g} s is not after its start at {start_time:g} s"
     times, margin = np.array([_number(text) for text in texts]), 1e-9 * (stop_time - start_time)
     if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
-        return "the times of its reference results do not ascend"
+        return "the times of its reference results are not in ascending order"
     if times[0] < start_time - margin or times[-1] > stop_time + margin:
         run = f"the run from {start_time:g} s to {stop_time:g} s"
-        return f"its reference results, from {times[0]:g} s to {times[-1]:g} s, exceed {run}"
+        return f"its reference results, from {times[0]:g} s to {times[-1]:g} s, are not within {run}"
     if times[-1] <= start_time + margin:
         return f"its reference results have no time after the start at {start_time:g} s"
     return ""
