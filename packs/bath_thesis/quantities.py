@@ -136,7 +136,7 @@ def table_speeds(force: IdentificationForce) -> Annotated[list[float], "rad/s"]:
 
 
 def test_response(force: IdentificationForce, frequency: float) -> Annotated[float, "m"]:
-    """Return the amplitude of the journal in MB1 in x under the test force at a frequency (Hz) (m)."""
+    """Return the amplitude in x of the journal in MB1 under the test force at a frequency (Hz) (m)."""
     return float(np.interp(frequency, force.columns.frequencies, force.columns.response_mb1))
 
 
@@ -183,7 +183,7 @@ def critical_speeds(run: Signals, count: int) -> Annotated[list[float], "rad/s"]
 
 
 def step_of_unbalance(run: Signals, disc: str) -> Annotated[list[float], "kg.m"]:
-    """Return the unbalance of a disc before the scenario's disturbance, and the unbalance that this adds (kg m)."""
+    """Return the unbalance of a disc before the scenario's disturbance, and the unbalance that it adds (kg m)."""
     data = json.loads(run.attrs["scenario_data"])
     factor, name = data.get("unbalance_factor", 1.0), f"{disc}.u"
     (step,) = (event for event in data["event"] if event.get("role") == "disturbance")
@@ -194,7 +194,7 @@ def step_of_unbalance(run: Signals, disc: str) -> Annotated[list[float], "kg.m"]
 
 
 def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annotated[float | None, "1"]:
-    """Return the largest ratio of amplitudes at the end and before ROLAC starts (1), of planes by x sensors."""
+    """Return the largest ratio of the final amplitude to that before ROLAC (1); x sensors name the `planes`."""
     chosen = [(x, y) for x, y in SENSOR_PLANES if x in planes.split(",")]
     pairs = [(sensor_amplitude(run, x, y, "before"), sensor_amplitude(run, x, y, "end")) for x, y in chosen]
     return max((after / before for before, after in pairs if before and after is not None), default=None)

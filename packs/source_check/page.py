@@ -87,5 +87,5 @@ def sections(report: Report, chapter: Chapter) -> Iterator[Section]:
 
 
 def _source_of_group(report: Report) -> dict[str, str]:
-    """Return a source for each figure and table with statements of a source, for its statements without a source."""
+    """Return, by figure or table, the source that its statements without a source share with the others."""
     return {item.statement.group: item.statement.source for item in reversed(report.judged) if item.statement.source}

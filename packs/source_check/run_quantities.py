@@ -32,7 +32,7 @@ def contact_share(
 ) -> Annotated[float | None, "1"]:
     """Return the share of the time (1) in the named contact states, such as `none, both`.
 
-    By default, the time is from the step to the removal, or to the end.
+    By default, the time is from the step to its removal, or to the end of the run.
     """
     step, removal = contact_history.loaded_interval(run)
     state = signal(run, "contact_state")
@@ -55,7 +55,9 @@ def first_contact(run: Signals, since: float = 0.0) -> Annotated[float | None, "
 
 
 def second_site_after(run: Signals) -> Annotated[float | None, "1"]:
-    """Return the cycles from the first contact at one retainer to the first at another, or None without both."""
+    """Return the cycles from the first contact at one retainer to the first at another, or None unless both are
+    touched.
+    """
     state, from_0 = signal(run, "contact_state"), cycles(run) >= 0.0
     if state is None:
         return None
@@ -215,7 +217,7 @@ def _is_in_any(run: Signals) -> Bools:
 
 
 def _spells(when: Array, inside: Bools, bounce: float = BOUNCE) -> list[tuple[float, float]]:
-    """Return begin and end of each interval (cycles) with samples inside; breaks up to `bounce` do not end one."""
+    """Return begin and end (cycles) of each interval of samples `inside`; breaks up to `bounce` do not end one."""
     spells: list[tuple[float, float]] = []
     for cycle in when[inside].tolist():
         if spells and cycle - spells[-1][1] <= bounce:

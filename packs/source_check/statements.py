@@ -97,7 +97,7 @@ class Statement(Table):
     absolute: float = Field(default=0.0, ge=0.0)
     """Allowed deviation in the unit of the value."""
     floor: float | None = None
-    """Smallest value that an upper limit admits, in the unit of the value; otherwise zero would meet any upper limit."""
+    """Smallest value that an upper limit admits, in the unit of the value; otherwise zero would meet any such limit."""
     because: str = ""
     """Reason for the tolerance."""
     source: str = ""

@@ -124,7 +124,7 @@ def static_weight(axis: BearingAxis) -> Annotated[float, "N"]:
 
 
 def mode_frequency(modes: ModeShapes, pair: int) -> Annotated[float, "rad/s"]:
-    """Return the mean of a pair of natural frequencies, backward and forward, counted from 1 (rad/s)."""
+    """Return the mean of the backward and the forward natural frequency (rad/s) of a pair; `pair` counts from 1."""
     frequencies = modes.frequencies.speeds[modes.speed].frequencies
     return float(np.mean(frequencies[2 * pair - 2 : 2 * pair]))
 
@@ -136,7 +136,7 @@ def mode_kind(modes: ModeShapes, pair: int) -> str:
 
 
 def critical_speed(diagram: CampbellDiagram, number: int) -> Annotated[float, "rad/s"]:
-    """Return a critical speed with forward whirl, counted from 1 (rad/s)."""
+    """Return a critical speed with forward whirl (rad/s); `number` counts from 1."""
     return critical_speeds(diagram, number)[number - 1]
 
 

@@ -28,8 +28,8 @@ def meets(statement: Statement, ours: Computed | None) -> bool:
 
     |ours - stated| <= max(tolerance |stated|, absolute)
 
-    A limit may be exceeded by the same amount, and a value below its floor does not keep it. In a list, every number
-    must agree. Texts and truth values must be equal.
+    A limit may be exceeded by the same amount, and a value below the floor of a limit does not meet the limit. In a
+    list, every number must agree. Texts and truth values must be equal.
 
     Parameters
     ----------

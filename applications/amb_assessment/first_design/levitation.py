@@ -8,12 +8,12 @@ over the largest |S| up to 2 kHz and above, the smallest damping ratio of vibrat
 twice the trip speed, and above, and the stiffness of each bearing. At low frequency, |S| is K_s/K_b, and the rotor
 drifts away if the negative stiffness of the magnets exceeds the K_b + K_s of the controller.
 
-The loop has all modes that samples see. The rotor of the runs has only the modes of its file's [reduction], and
-residual shapes that control can drive, although they are not modes. Its vibrations therefore count in (1), too;
-otherwise a design could be good and its scenarios unstable.
+The loop has all modes that the samples resolve. The rotor of the runs has only the modes of its file's [reduction], and
+residual shapes that control can drive, although they are not modes. The vibrations of this rotor therefore count in
+(1), too; otherwise a design could be good and its scenarios unstable.
 
-A grid with the same ratios in all bearings comes first, then a simplex search from its best (J. A. Nelder, R. Mead,
-Computer Journal 7 (1965) 308-313). The search uses no random numbers, so a drawing always yields the same design.
+A grid with the same ratios in all bearings comes first, then a simplex search from its best point (J. A. Nelder, R.
+Mead, Computer Journal 7 (1965) 308-313). The search uses no random numbers, so a drawing always yields the same design.
 """
 
 from __future__ import annotations
@@ -304,7 +304,7 @@ class Designer:
         return _End(np.exp(result.x), float(result.fun))
 
     def pid(self, ratios: Sequence[float] | Array) -> Pid:
-        """Return the PID of ratios (`pid_of`); a single stiffness and lead hold for all bearings."""
+        """Return the PID of ratios (`pid_of`); a single stiffness and a single lead apply to all bearings."""
         *of_bearings, tau = np.asarray(ratios, dtype=float)
         repeated = of_bearings * (len(self._k_s) if len(of_bearings) == 2 else 1)
         return pid_of(self._k_s, [*repeated, tau], self._searches[0].sample_time)

@@ -139,7 +139,7 @@ def _mode_shortfall(mode: ModeReach) -> str:
 def advice(rotor: Rotor, loop: Levitation, speed: float) -> str:
     """Return what to change if a motion of the loop grows, depending on its kind.
 
-    Far above the stiffness of its bearings a rigid rotor whirls forward at the frequency of nutation,
+    Far above its natural frequencies on the bearings, a rigid rotor whirls forward at the frequency of nutation,
 
         I_d omega = I_p Omega                                                                          (1)
 

@@ -66,7 +66,7 @@ class IdentificationForce(DrawnResult):
     columns
         The force over the range of frequencies.
     at_the_jump
-        The force just below and at 30 Hz; empty if the range ends below.
+        The force just below 30 Hz and at 30 Hz; empty if the range ends below 30 Hz.
     at_the_speeds_of_the_thesis
         The force at the identification speeds of the thesis.
     """
@@ -111,7 +111,7 @@ def test_force(up_to: Number = "50 Hz") -> IdentificationForce:  # noqa: PT028  
     Raises
     ------
     ValueError
-        If it is not a speed above 5 Hz.
+        If `up_to` is not a speed above 5 Hz.
     """
     highest = spin_speed(up_to, "up-to") / (2.0 * math.pi)
     require(highest > LOWEST, "up-to", f"{highest:g} Hz", f"> {LOWEST:g} Hz")

@@ -52,7 +52,7 @@ class ReducedModel:
 
 @dataclass(frozen=True)
 class MeanError:
-    """Mean absolute error of eight frequencies at 90, 120 and 145 rad/s against 23 nodes, consistent mass.
+    """Mean absolute error of eight frequencies at 90, 120 and 145 rad/s against a mesh of 23 nodes, consistent mass.
 
     computed, thesis
         The error (%); None where the thesis states none.
@@ -136,9 +136,9 @@ class ModelReduction(DrawnResult):
         inertia = 100.0 / (1.0 + 0.01 * first) ** 2
         return (
             "The coarse mesh has the same discs, cores and bearings at the same positions, and the same mass. Its "
-            "consistent matrices bound the frequencies of finer meshes from above (Ritz), and its lumped matrices raise "
-            f"the diametral inertia by {more:.1f} %, which lowers the conical mode. The first frequency printed for "
-            f"6 nodes, {first:.0f} % above that for 13, would require {inertia:.0f} % of the inertia, and the third "
+            "consistent matrices bound the frequencies of finer meshes from above (Ritz), and its lumped matrices "
+            f"raise the diametral inertia by {more:.1f} %, which lowers the conical mode. The first frequency printed "
+            f"for 6 nodes, {first:.0f} % above that for 13, would require {inertia:.0f} % of the inertia, and the third "
             f"pair lies {-third:.0f} % below: these are not frequencies of a coarser mesh of the same rotor."
         )
 

@@ -69,7 +69,7 @@ def bearing_critical_speeds(
 ) -> list[tuple[int, float]]:
     """Return number and speed (rad/s) of each undamped critical speed at the bearings' stiffness.
 
-    The k-th critical speed Omega_k(K(Omega)) crosses Omega; crossings between speeds are interpolated linearly.
+    The k-th is where Omega_k(K(Omega)) crosses Omega; crossings between `speeds` are interpolated linearly.
 
     Parameters
     ----------
@@ -78,8 +78,8 @@ def bearing_critical_speeds(
     speeds
         Ascending (rad/s), shape (n,).
     stiffness
-        Real part of the dynamic stiffness (N/m) of each bearing at these speeds; at least `LEAST` times the largest of
-        a magnet.
+        Real part of the dynamic stiffness (N/m) of each bearing at these speeds; at least `LEAST` times the largest
+        stiffness of a magnet.
     """
     floor = LEAST * max(float(np.max(np.abs(stiffness[name]))) for name in subject.magnets)
     excess = np.full((COUNT, len(speeds)), np.nan)

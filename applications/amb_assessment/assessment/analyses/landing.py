@@ -67,7 +67,7 @@ class Landing:
 
     @property
     def is_final(self) -> bool:
-        """Whether it whirls backward, is at rest, or failed, so a longer simulation is not needed."""
+        """Whether the rotor whirls backward or is at rest, or the run failed, so a longer simulation is not needed."""
         return self.whirls_backward or self.rests or bool(self.failure)
 
     @property

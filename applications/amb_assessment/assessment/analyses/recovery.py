@@ -99,8 +99,8 @@ def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float
 def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, ...]:
     """Return the force along the shaft that the axial axis carries in co-simulation before the rotor touches a face.
 
-    This is the force in the weaker direction, and includes the weight. Without faces and a thrust bearing there is
-    none.
+    This is the force in the weaker direction, and includes the weight. Without faces, or without a thrust bearing,
+    there is none.
     """
     thrust = subject.file.thrust_bearing
     if thrust is None or not subject.rotor.faces:
@@ -120,7 +120,8 @@ def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]
 def _stepped(
     subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], name: str, values: Array, each: float
 ) -> tuple[Result, str, float, int | None]:
-    """Return a run in which an input of the rotor takes value after value, each for a time (s), starting then.
+    """Return a run in which an input of the rotor takes the values in turn, one per time `each` (s), the first after
+    it.
 
     The other values are the place that the rotor touches first, its largest displacement over the clearance, and the
     number, from 1, of the value that acts at contact. Without contact, the place is empty and the number is None.

@@ -154,7 +154,7 @@ def _speeds(run: Result) -> tuple[Array, Array]:
 
 
 def _without_drive(subject: AssessedMachine, Omega: float, lost: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a loss of power with a free spin whose drive is off, until it stands still."""
+    """Return the scenario fields of a loss of power, after which the rotor spins freely without drive to standstill."""
     parameters = {**lost["parameters"], PLANT: {**lost["parameters"][PLANT], "spin.free": True}}
     event, *others = lost["event"]
     off = {**event, "set": {**event["set"], PLANT: {"drive.torque_limit": 0.0}}}

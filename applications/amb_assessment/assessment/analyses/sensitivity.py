@@ -62,7 +62,9 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 @dataclass(frozen=True, eq=False)
 class AxisPeaks:
-    """|S| of an axis at frequencies (Hz), and peak and frequency up to 2 kHz, and above if the sample rate allows."""
+    """|S| of an axis at frequencies (Hz), and its peak up to 2 kHz, and above if the sample rate allows, with
+    frequency.
+    """
 
     frequencies: Array
     values: Array

@@ -171,7 +171,8 @@ class Assessment:
 
     @property
     def unmeasured(self) -> dict[str, str]:
-        """Own criteria on quantities that no part computes, with reasons; criteria of a standard then do not apply.
+        """Own criteria on quantities that no part computes, with reasons; those of a standard do not apply in this
+        case.
 
         Empty if only some parts were chosen, because another part may compute the quantity.
         """

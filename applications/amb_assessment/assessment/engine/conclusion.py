@@ -36,7 +36,7 @@ def conclusion_of(
     parts
         The assessed parts, if these are not all.
     unmeasured
-        Keys of criteria that are unanswered, because their quantity was not measured.
+        Keys of criteria that are unanswered because their quantity was not measured.
     """
     verdicts = by_criterion(findings) | dict.fromkeys(unmeasured, Judgement.UNANSWERED)
     counts = Counter(verdicts.values())

@@ -46,7 +46,7 @@ class Criterion(Table):
     beyond
         Name of the zone above all others.
     when
-        Formula that is true in the cases to which it applies; all by default.
+        Formula that is true in the cases to which the criterion applies; by default it applies to all.
     source, known
         Source of the number, and its reliability. A criterion without a source is `missing`: it has no limit, and the
         quantity is reported without a verdict.
@@ -130,7 +130,7 @@ class Criterion(Table):
 
 
 class CriteriaFile(Table):
-    """A file of criteria: of a standard and edition, or of a user."""
+    """A file of criteria, from an edition of a standard or from a user."""
 
     standard: str
     edition: str = ""
@@ -193,7 +193,7 @@ def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
 
 
 def own_criteria(by_file: Mapping[str | Path, Sequence[Criterion]]) -> tuple[Criterion, ...]:
-    """Return those of the criteria of files that are in no package or pack."""
+    """Return the criteria of those files that are in no package or pack."""
     packaged = packaged_criteria()
     return tuple(item for source, criteria in by_file.items() if str(source) not in packaged for item in criteria)
 
@@ -204,8 +204,8 @@ def criteria_by_file(sources: Sequence[str | Path] = ()) -> dict[str | Path, lis
     Raises
     ------
     ValueError
-        If there is no such file, or it is invalid; the message has a line for each mistake. Also if criteria of packs
-        are loaded and two packs have a file of the same name.
+        If there is no such file, or it is invalid; the message has a line for each mistake. It is also raised if
+        criteria of packs are loaded and two packs have a file of the same name.
     """
     packaged = packaged_criteria()
     if not sources and (clashes := packaged.clashes()):

@@ -331,7 +331,7 @@ def load_machine(source: str | Path) -> MachineFile:
     Raises
     ------
     ValueError
-        If there is none, or it is invalid; the message has a line for each mistake.
+        If there is no such machine, or it is invalid; the message has a line for each mistake.
     """
     packaged = packaged_machines()
     path = packaged.get(str(source), Path(source))

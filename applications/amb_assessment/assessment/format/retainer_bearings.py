@@ -117,7 +117,7 @@ class RetainerBearing(Table):
         return 1e-6 * self.bearing.pressure(self.bearing.largest_load(force, axial))
 
     def equivalent_load(self, force: float, axial: float = 0.0) -> float:
-        """Return the radial force (N) that loads the most loaded ball equally in a bearing without clearance.
+        """Return the radial force (N) that alone loads the most loaded ball equally, in a bearing without clearance.
 
         This is the equivalent static load of ISO 76, by its definition.
         """
@@ -135,7 +135,7 @@ class RetainerBearing(Table):
         return (self.at, *numbers, safety, displaced, f"{axial:.4g}", self._angle(force, axial))
 
     def standing(self, axial: float, Omega: float) -> tuple[str, ...]:
-        """Return texts of a row of `STANDING_HEADS` for an axial force (N), and the largest speed (rad/s)."""
+        """Return texts of a row of `STANDING_HEADS` for an axial force (N) and the largest speed (rad/s)."""
         life, largest = self.bearing.life(0.0, axial), self.bearing.largest_load(0.0, axial)
         loads = (f"{axial:.4g}", f"{largest:.4g}", self._angle(0.0, axial), f"{self.pressure(0.0, axial):.0f}")
         return (self.at, *loads, f"{1e-6 * life:.3g}", f"{life * 2.0 * math.pi / Omega / 3600.0:.3g}")

@@ -116,7 +116,7 @@ class AssessedMachine(Machine):
         return tuple(site.name for site in self.rotor.sites if site.bearing and site.name in self.sites)
 
     def faces_at(self, retainer: str) -> tuple[str, ...]:
-        """Return the faces with a force that a retainer carries along the shaft."""
+        """Return the faces whose force along the shaft a retainer carries."""
         return tuple(face.name for face in self.rotor.faces if face.retainer == retainer)
 
     @property

@@ -48,10 +48,10 @@ def carried_masses(subject: AssessedMachine) -> dict[str, float]:
 def lying_on(subject: AssessedMachine) -> list[LyingOn]:
     """Return the retainers, one or two, in which a falling rotor can whirl.
 
-    Two are those on which a rotor lies: each carries a share by the rule of the lever, and the line through both
-    journals at their lowest points reaches no other retainer. If there are none, as with a centre of mass beyond the
-    retainers, any two count. A single retainer carries the smallest of its shares, or the whole mass if it has no
-    other. Without gravity across the shaft, the journals may lean to any side.
+    A rotor lies on two retainers if each carries a share by the lever rule, and the line through both journals at their
+    lowest points reaches no other retainer. If no two meet this condition, as with a centre of mass beyond the
+    retainers, any two count. A single retainer carries the smallest of its shares, or the whole mass if there are no
+    pairs. Without gravity across the shaft, the journals may lean to any side.
     """
     c, p = clearances(subject), subject.parameters[PLANT]
     offset = np.array([complex(*(p[f"{site}.offset_{axis}"] for axis in "xy")) for site in subject.retainers])

@@ -3,7 +3,7 @@
 The tilt stiffness of the thrust disc is treated in the same way, but it exists only under power: it acts in the linear
 models of the levitated rotor, and in co-simulations only if the magnets have power throughout.
 
-A plant's mass does not depend on the speed: a stage has its mass at the machine's largest speed.
+The mass matrix of a plant does not depend on the speed, so a stage has its mass at the machine's largest speed.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def real_coefficients(subject: AssessedMachine) -> tuple[Bearing, ...]:
 
 
 def with_tables(subject: AssessedMachine, speeds: Array) -> Array:
-    """Return ascending speeds (rad/s) with those between them in the tables of controller, seals and stages."""
+    """Return ascending speeds (rad/s), and the speeds between them in the tables of controller, seals and stages."""
     return with_samples(speeds, [*subject.table_speeds, *table_speeds(real_coefficients(subject))])
 
 

@@ -1,7 +1,7 @@
 """The smallest friction coefficient that drives a machine without power into whirl.
 
-Across gravity, a rotor falls over the top of its retainers into backward whirl. An upright rotor rests on a face,
-where friction makes whirl grow until the race below it follows.
+A rotor whose shaft lies across gravity swings over the top of its retainers into backward whirl. An upright rotor rests
+on a face, where friction makes whirl grow until the race below it follows.
 """
 
 from __future__ import annotations
