@@ -67,7 +67,7 @@ def fault_code(kind: int, axis: int, n_axes: int) -> int:
 def is_beyond_gap(axis: np.record, u: np.record) -> bool:
     """Return whether the displacement of an axis is a fault, |x| >= l with air gap l, or 1.1 l without power.
 
-    A magnet with power would pull the rotor into the stator. Without power the rotor may lie on the stator, where its
+    An energised magnet would pull the rotor into the stator. Without power the rotor may lie on the stator, where its
     contact keeps |x| near l.
     """
     limit = BEYOND_STATOR * axis.gap if u.amplifier_off != 0.0 else axis.gap
@@ -78,7 +78,8 @@ def is_beyond_gap(axis: np.record, u: np.record) -> bool:
 def place_of_force(axis: np.record, u: np.record) -> float:
     """Return the displacement (m) at which the force of an axis is evaluated.
 
-    x with power, and limited to +-0.99 l without, since currents that still decay would pull without limit at x = l.
+    It is x with power. Without power it is limited to +-0.99 l, since decaying currents would pull without limit at x =
+    l.
     """
     x: float = u.displacement
     limit = AT_STATOR * axis.gap
@@ -165,7 +166,7 @@ def equivalent_currents(law: float, axis: np.record, x: float) -> EquivalentCurr
 
 @kernel
 def lagged_coils(axes: Axes, k: int, pairs: CoilPairs, response: AxisResponse, step_size: float) -> Coils:
-    """Return the coils of axis k with the currents whose fluxes are those that lag behind by the eddy currents.
+    """Return the coils of axis k with the currents that correspond to the fluxes, which lag due to eddy currents.
 
     The lags are advanced by `step_size` (s), or set to a steady state if it is 0 s.
     """
@@ -278,14 +279,14 @@ def n_state(constants: Array) -> int:
 
 
 def model_for(bearings: Sequence[str], thrust: str = "") -> Model:
-    """Return the actuator of bearings with these names; `constants_for` the same are its constants.
+    """Return the actuator of bearings with these names; its constants are those of `constants_for` the same names.
 
     A thrust magnet with the name `thrust` has one axis, z, along the shaft.
 
     Raises
     ------
     ValueError
-        Without a bearing, or with more bearings than fault codes.
+        If there is no bearing, or there are more bearings than fault codes.
     """
     if not 1 <= len(bearings) <= MAX_BEARINGS:
         raise ValueError(f"{len(bearings)} bearings is not allowed; there must be 1 to {MAX_BEARINGS}")

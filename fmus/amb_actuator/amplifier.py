@@ -64,8 +64,8 @@ class CoilCourses(NamedTuple):
     last
         The rest of the step.
     voltage, per_current
-        Voltage of the last part where its course leads (V), and its rise per current that is left to go (V/A):
-        R i + L di/dt with di/dt = rate (target - i), so the latter is sign (L rate - R).
+        Voltage of the last part at its target (V), and the rise of this voltage per remaining change of current (V/A):
+        R i + L di/dt with di/dt = rate (target - i), so the rise is sign (L rate - R).
     limited
         1 if the voltage is at its limit at any time in the step, else 0.
     """

@@ -4,17 +4,16 @@
     c(p) = 1/(pi sqrt(p omega_e) (1 + p/omega_e)) > 0
 
 with the corner frequency omega_e, which `thrust_bearings.eddy_currents` derives from the iron. The trapezoidal rule in
-ln p makes of (1) a sum of first-order lags with positive weights. Such a lag is passive, whatever its error:
+ln p turns (1) into a sum of first-order lags with positive weights. Such a sum is passive, whatever its error:
 
     G_n(s) = sum c_k p_k/(s + p_k),   sum c_k = 1                                                                    (2)
 
-Poles follow each other by the factor `RATIO`, from `LOWEST` omega_e on. The tails of the integral below a omega_e and
+Successive poles differ by the factor `RATIO`, from `LOWEST` omega_e on. The tails of the integral below a omega_e and
 above b omega_e have the weights 2/pi atan(sqrt(a)) and 2/pi atan(1/sqrt(b)), and the poles a/3 and 3 b, which keep the
 first moments of these parts. G_n is within 0.05 % of G up to 100 omega_e, 0.1 % up to 1000 omega_e, and 0.25 % up to
 10,000 omega_e.
 
-It is the flux that lags. It is written as an equivalent current v of a coil pair, in which the force law needs no
-displacement:
+The flux lags. It is written as an equivalent current v of a coil pair, in which the force law needs no displacement:
 
     nonlinear    v = i l/(l -+ x)        the current with the same flux mu_0 N v/l at the centre
     linear       v = i +- x K_s/K_i      F = K_i v

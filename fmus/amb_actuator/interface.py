@@ -37,7 +37,7 @@ POLE_FACE, HALF_POLE_ANGLE, MAX_FORCE = 1399e-6, math.radians(22.5), 1700.0
 
 
 def _axis(bearing: str, axis: str) -> list[Variable]:
-    """Declare the variables of an axis; that of a thrust magnet, z, has pole faces at right angles to it."""
+    """Declare the variables of an axis; the axis z of a thrust magnet is perpendicular to its pole faces."""
     parameter_of, input_of, output_of = at_place(f"{bearing}.{{}}_{axis}", f"{bearing.upper()}, {axis} axis")
     return [
         *_magnet(

@@ -37,7 +37,7 @@ class Axes(NamedTuple):
     parameters, inputs, outputs, deviations
         Records `AXIS`, `AXIS_INPUTS`, `AXIS_OUTPUTS` and `DEVIATIONS`.
     iron, motion, lags
-        Records `IRON` and `MOTION` of the last axis, if that is of a thrust magnet, else none; the lags of its coil
+        Records `IRON` and `MOTION` of the last axis if it belongs to a thrust magnet, else none; the lags of its coil
         pairs (A), shape (1 or 0, 2, N_POLES).
     """
 

@@ -1,7 +1,7 @@
 """Sequence of the identification of the receptance of a running rotor (thesis 5.15 to 5.19, 6.3 to 6.7).
 
-There is one slot of N_per revolutions for each axis, and one slot before and after them. Meanwhile the forces of ROLAC
-are constant. docs/theory/identification.md shows a sketch.
+There is one slot of N_per revolutions for each axis, and one further slot both before and after these. Meanwhile the
+forces of ROLAC are constant. docs/theory/identification.md shows a sketch.
 
 Q is averaged over the last revolutions of each slot; `identified_receptance` computes R and H from the means.
 """

@@ -34,7 +34,7 @@ def control_response(parameters: Parameters, order: float, Omega: float, C: Comp
     Parameters
     ----------
     order, Omega
-        Of the harmonic, and spin speed (rad/s).
+        Order of the harmonic, and spin speed (rad/s).
     C
         Receives the result; if `rolac.mode` is FORCE_FREE, K_s is subtracted, so that -C q is the whole force of the
         bearing.

@@ -86,7 +86,7 @@ def pid_current(gains: np.record, direct: float, memory: np.record, setpoint: fl
 def limit_and_integrate(
     gains: np.record, memory: np.record, setpoint: float, demand: float, limits: Limits, sample_time: float
 ) -> float:
-    """Return the demanded current within its limits (A); integrate a sample unless this would exceed them further."""
+    """Return the demanded current within its limits (A); integrate a sample unless it would exceed the limits more."""
     error = memory.displacement - setpoint
     winds_up = (demand > limits.high and error < 0.0) or (demand < limits.low and error > 0.0)
     if not winds_up:

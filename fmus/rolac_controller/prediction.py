@@ -5,8 +5,8 @@ to t + p, p = `prediction_time` = 2 h, from the displacements at its last two st
 
     x(t + p) ~ x(t) + p (x(t) - x(t_b))/(t - t_b),      theta(t + p) ~ theta(t) + p Omega(t)
 
-The first has an error of x'' p (p + t - t_b)/2 to leading order. Noise, filters and faults of sensors are applied
-afterwards.
+The extrapolated x has an error of x'' p (p + t - t_b)/2 to leading order. Noise, filters and faults of sensors are
+applied afterwards.
 """
 
 from __future__ import annotations

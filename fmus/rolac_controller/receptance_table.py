@@ -90,7 +90,7 @@ def table_size(constants: Array) -> int:
 
 @kernel
 def copy_row(source: TableViews, k: int, target: TableViews, place: int) -> None:
-    """Copy row k of a table to a row of another table, or of the same."""
+    """Copy row k of a table to a row of another table, or of the same table."""
     target.keys[place].order = source.keys[k].order
     target.keys[place].speed = source.keys[k].speed
     copy_all(source.R[k], target.R[place])
@@ -99,7 +99,7 @@ def copy_row(source: TableViews, k: int, target: TableViews, place: int) -> None
 
 @kernel
 def load(built: TableViews, parameters: Parameters, table: TableViews, svd: SvdWork) -> bool:
-    """Copy the built table into use; return False if the sensor weights leave one of its receptances ill-conditioned.
+    """Copy the built table to the table in use; return False if the sensor weights leave a receptance ill-conditioned.
 
     With weights other than one, H is recomputed.
 

@@ -92,7 +92,7 @@ class Work(NamedTuple):
     C, inverse_S, E
         Quantities of the notch: shapes (n_axes, n_sensors), (n_axes, n_axes), (n_axes,).
     inputs
-        Those of the step, predicted; flat.
+        Inputs of the step, predicted; flat.
     """
 
     findings: Records

@@ -118,7 +118,7 @@ def interpolate_matrix(table: TableViews, bracket: Bracket, mode: float, work: W
 
 @inlined_kernel
 def step_harmonic(parameters: Parameters, order: float, Omega: float, state: State, work: Work, number: int) -> None:
-    """Change the forces of a harmonic, of an order at a speed (rad/s), by a step of the law."""
+    """Change the forces of a harmonic of this order by a step of the law, at a speed (rad/s)."""
     common = parameters.common[0]
     mode = common.rolac.mode
     Q, U = work.Q[number], state.U[number]

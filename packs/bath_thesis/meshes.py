@@ -89,8 +89,7 @@ def even_nodes(rotor: Rotor) -> Rotor:
 
 
 def mesh_family(rotor: Rotor) -> dict[int, Rotor]:
-    """Return meshes of `rotor` by number of nodes: with ten and six more nodes, with its own nodes, and with only its
-    masters.
+    """Return meshes of `rotor` by number of nodes: with ten and six more, with its own, and with only its masters.
 
     The last is omitted if the masters do not form a mesh.
     """

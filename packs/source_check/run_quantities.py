@@ -55,9 +55,7 @@ def first_contact(run: Signals, since: float = 0.0) -> Annotated[float | None, "
 
 
 def second_site_after(run: Signals) -> Annotated[float | None, "1"]:
-    """Return the cycles from the first contact at one retainer to the first at another, or None unless both are
-    touched.
-    """
+    """Return the cycles between the first contacts at the first two touched retainers, or None if fewer are touched."""
     state, from_0 = signal(run, "contact_state"), cycles(run) >= 0.0
     if state is None:
         return None

@@ -101,7 +101,7 @@ def average(site: np.record, of_site: np.record, step_size: float) -> None:
 
 @kernel
 def write_totals(site: np.record, y: np.record) -> None:
-    """Write the outputs that a step collects; the largest force includes that at its end, which is in `y`."""
+    """Write the outputs that a step collects; the largest force includes the force at its end, which is in `y`."""
     y.f_n_peak = max(site.f_n_peak, y.f_n)
     y.f_n_mean = site.f_n_mean
     y.impulse = site.impulse

@@ -182,7 +182,7 @@ def _combine_form(matrices: StepMatrices, H: Array) -> None:
 
 @kernel
 def _weight(same_row: bool, same_unit: bool) -> float:
-    """Return the weight of an element of H for unit inputs in one for rows; elements off the diagonal are doubled."""
+    """Return the weight of an element of H for unit inputs in an element for rows, doubled off the diagonal."""
     if same_row == same_unit:
         return 1.0
     return 0.5 if same_row else 2.0

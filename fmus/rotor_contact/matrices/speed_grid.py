@@ -1,9 +1,9 @@
 """Matrices of exact motion between the speeds for which they are built.
 
 P and S (`step_matrices`) depend on the speed through gyroscopic terms, rotating damping and the rotation of the
-unbalance. A constant prescribed speed uses separate matrices (`constant_speed`). Other speeds are rounded to `QUANTUM`
-of d below, an error of g d h/4096, so that a level in use is interpolated once for many pieces. The result has the same
-bits as an interpolation in each product.
+unbalance. A constant prescribed speed uses separate matrices (`constant_speed`). Other speeds are rounded to multiples
+of `QUANTUM` d (see below), with an error of g d h/4096, so that a level in use is interpolated once for many pieces.
+The result has the same bits as an interpolation in each product.
 
 Matrices are built for speeds m d apart. Those of the grid, d/4 apart, follow from the parabola through the nearest
 three that are built, at t of m d from the middle one, -1/2 <= t <= 1/2, and those between two speeds of the grid follow

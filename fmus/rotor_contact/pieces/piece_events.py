@@ -73,7 +73,7 @@ def _end_of_modes(w: Workspace, matrices: StepMatrices) -> float:
 
 @kernel
 def _first_touch(w: Workspace, matrices: StepMatrices, n_terms: int, h: float, earliest: float, latest: float) -> float:
-    """Return the share of a piece of length h (s) at which the first journal touches, or `NEVER` if not up to `latest`.
+    """Return the share of a piece of length h (s) at which a journal first touches; `NEVER` if none does by `latest`.
 
     No journal touches before the share `earliest`. Requires the series of the piece, of `n_terms` terms.
     """
@@ -86,7 +86,7 @@ def _first_touch(w: Workspace, matrices: StepMatrices, n_terms: int, h: float, e
 
 @kernel
 def _touch(matrices: StepMatrices, site: Site, n_terms: int, h: float, earliest: float, latest: float) -> float:
-    """Return the share of the piece at which a free journal reaches its circle, or `NEVER` if not before `latest`."""
+    """Return the share of the piece at which a free journal reaches its circle; `NEVER` if it does not by `latest`."""
     if earliest >= latest:
         return NEVER
     n_looks = math.ceil((latest - earliest) * N_LOOKS)

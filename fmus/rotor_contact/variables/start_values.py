@@ -77,7 +77,7 @@ def sliding(planes: Planes) -> tuple[str, ...]:
 
 
 def sliding_contact(planes: Planes) -> tuple[str, ...]:
-    """Dependencies of the contact state of a whirling journal; a single one opens regardless of its friction."""
+    """Dependencies of the contact state of a whirling journal; a single contact opens regardless of its friction."""
     return sliding(planes) if len(planes.sites) > 1 else (*strain(planes), "sites[*].law", *FREE_SPIN, *MAGNETS)
 
 

@@ -104,7 +104,7 @@ def follow(motion: Motion, is_constant: bool, is_same: bool, constant: ConstantS
 
 @kernel
 def _choose_gradients(motion: Motion, gradients: Array) -> None:
-    """Write the gradients of the magnets; similar axes get the mean of theirs, which keeps a rotor isotropic."""
+    """Write the gradients of the magnets; similar axes get the mean of their own, which keeps a rotor isotropic."""
     for b in range(motion.bearings.shape[0]):
         x, y = motion.bearings[b].gradient[0], motion.bearings[b].gradient[1]
         if abs(x - y) <= NEAR * max(abs(x), abs(y)):

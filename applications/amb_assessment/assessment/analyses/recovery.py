@@ -120,8 +120,7 @@ def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]
 def _stepped(
     subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], name: str, values: Array, each: float
 ) -> tuple[Result, str, float, int | None]:
-    """Return a run in which an input of the rotor takes the values in turn, one per time `each` (s), the first after
-    it.
+    """Return a run in which an input of the rotor takes each value for the time `each` (s), the first after that time.
 
     The other values are the place that the rotor touches first, its largest displacement over the clearance, and the
     number, from 1, of the value that acts at contact. Without contact, the place is empty and the number is None.

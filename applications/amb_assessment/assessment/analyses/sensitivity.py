@@ -62,9 +62,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 @dataclass(frozen=True, eq=False)
 class AxisPeaks:
-    """|S| of an axis at frequencies (Hz), and its peak up to 2 kHz, and above if the sample rate allows, with
-    frequency.
-    """
+    """|S| of an axis at frequencies (Hz), and its peaks up to 2 kHz and, if the sample rate allows, above."""
 
     frequencies: Array
     values: Array

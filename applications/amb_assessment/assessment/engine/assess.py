@@ -171,8 +171,7 @@ class Assessment:
 
     @property
     def unmeasured(self) -> dict[str, str]:
-        """Own criteria on quantities that no part computes, with reasons; those of a standard do not apply in this
-        case.
+        """Own criteria on quantities that no part computes, with reasons; a standard's criteria then do not apply.
 
         Empty if only some parts were chosen, because another part may compute the quantity.
         """

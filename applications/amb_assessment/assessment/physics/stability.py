@@ -21,9 +21,7 @@ def least_stable(subject: AssessedMachine, variation: MachineVariation = NOMINAL
 
 
 def speeds_of_run_up(subject: AssessedMachine, count: int) -> Array:
-    """Return `count` evenly spaced speeds (rad/s) up to the trip speed, and the speeds in the machine's files,
-    ascending.
-    """
+    """Return `count` evenly spaced speeds (rad/s) up to the trip speed, with the speeds in its files, ascending."""
     speed = subject.file.speed
     return with_tables(subject, np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest]))
 
