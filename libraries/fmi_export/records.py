@@ -45,7 +45,7 @@ def record_of(places: Iterable[str]) -> np.dtype[np.record]:
         if _offset(dtype, path) != 8 * position:
             raise ValueError(f"{_text(path)} must be next to the numbers that it belongs to")
     if dtype.itemsize != 8 * len(paths):
-        raise ValueError(f"{len(paths)} numbers do not fill their record; one has no separate place")
+        raise ValueError(f"{len(paths)} numbers do not fill their record; one of them has no place of its own")
     return dtype
 
 

@@ -246,7 +246,7 @@ def h_panels(result: InverseReceptance) -> list[Panel]:
     condition = (curve("R", result.speeds, result.condition_number),)
     panels = [
         Panel("Norm of H and of its rows", "spin speed (Hz)", "|H| (N/um)", tuple(norms)),
-        Panel("Interpolated against exact H", "spin speed (Hz)", "error (%)", tuple(errors), log="y"),
+        Panel("Error of the interpolated H", "spin speed (Hz)", "error (%)", tuple(errors), log="y"),
         Panel("Condition number of R", "spin speed (Hz)", "condition number", condition),
     ]
     if (at := result.at_10_hz) is not None:
@@ -278,7 +278,7 @@ def force_panels(result: IdentificationForce) -> list[Panel]:
         over_frequency("Divisor of the force (6.6)", "S", "s"),
         over_frequency("Periods of a slot", "N_per", "periods_per_slot"),
         over_frequency("Duration of an identification", "t_halt (s)", "t_halt"),
-        Panel("Motion by the test force", "frequency (Hz)", "amplitude (mm)", tuple(responses)),
+        Panel("Motion caused by the test force", "frequency (Hz)", "amplitude (mm)", tuple(responses)),
     ]
 
 

@@ -175,7 +175,7 @@ class Statements(Table):
     label: str = "stated"
     """Name of the source in table headings."""
     converged: str = "converged model"
-    """Name of the model with more modes in table headings."""
+    """Name, in table headings, of the model with more modes."""
     quantities: str = ""
     """Module with additional quantities and plots, see `source_check.quantities`."""
     chapter: tuple[Chapter, ...] = (Chapter(key="all", name="statements"),)

@@ -63,7 +63,7 @@ def test_an_initial_value_without_effect_is_refused(actuator, value):
 def test_an_initial_value_of_zero_is_dropped_with_a_notice(actuator, value):
     first = {"amb_actuator": {"north.amplifier_off_x": value}}
     scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
-    dropped = "amb_actuator: own_actuator.fmu has no north.amplifier_off_x; its settings are ignored"
+    dropped = "amb_actuator: own_actuator.fmu has no north.amplifier_off_x; such settings are ignored"
     assert dropped in prepare_run(scenario).notices
 
 

@@ -51,7 +51,7 @@ def test_a_c_controller_of_four_inputs_agrees_with_the_pid(run, c_controller):
     np.testing.assert_allclose(before_the_step(swapped), expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
     assert swapped.summary.recovery == "recovered"
     assert swapped.summary.as_dict()["notices"] == [
-        f"rolac_controller: {c_controller.name} has no rolac_enable; its settings are ignored"
+        f"rolac_controller: {c_controller.name} has no rolac_enable; such settings are ignored"
     ]
 
 

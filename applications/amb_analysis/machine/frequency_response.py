@@ -31,7 +31,7 @@ from rotor_analysis.rotor import Rotor
 BLOCK = 512  # frequencies that are computed together, which bounds the memory
 
 Loop = Literal["free", "linear", "open", "closed"]
-"""Support of the rotor: none, bearings and seals of its file, magnets without controller, or the machine's control."""
+"""Support of the rotor: none, its file's bearings and seals, magnets without a controller, or the control."""
 
 
 @dataclass(frozen=True)

@@ -203,5 +203,5 @@ def _refuse_uncertain(free: Sequence[FreeParameter], half: Array, correlation: A
             range_ = f"{p.lowest:g} to {p.highest:g}"
             raise ValueError(
                 f"the data do not determine {p.name}: its 95 % interval is wider than its bounds, {range_}{pair}; "
-                "leave it out, or measure elsewhere"
+                "leave it out, or measure at other points"
             )

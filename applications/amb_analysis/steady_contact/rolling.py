@@ -56,7 +56,7 @@ class Rolling:
 
     def __str__(self) -> str:
         forces = ", ".join(f"{site} {force_unit(force).text(force)}" for site, force in self.N.items())
-        beyond = "" if self.accurate else "; the reduced rotor is not accurate there"
+        beyond = "" if self.accurate else "; the reduced rotor is not accurate at this frequency"
         at = speed_unit().text(self.frequency)
         return (
             f"{'+'.join(self.contact)} may roll at {at} ({forces}), which requires a friction "

@@ -131,7 +131,7 @@ class ClosedLoopPoles(MachineResult):
         """Return tables of the poles at the lowest and highest speed, critical speeds, and unstable speeds."""
         unit, cycles = speed_unit(), frequency_unit()
         table = text_table(
-            f"{self.rotor}: poles under control",
+            f"{self.rotor}: poles of the closed loop",
             (f"speed ({unit.label})", f"frequency ({cycles.label})", "damping ratio", "logarithmic decrement", "whirl"),
             left=("whirl",),
         )

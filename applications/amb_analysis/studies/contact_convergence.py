@@ -106,7 +106,7 @@ class ContactConvergence(MachineResult):
         window = f"{1e3 * WINDOW:g} ms: largest force averaged over this time, impacts included"
         return [
             table,
-            f"peak: largest force; {window}; impact: largest impulse of impacts in a step; impulse: of all impacts",
+            f"peak: largest force; {window}; impact: largest impulse of impacts in a step; impulse: sum of all impacts",
             *self._over_starts(sites),
             *self._verdict(),
             *self.warning_lines(),

@@ -182,7 +182,7 @@ class Traps(MachineResult):
         stable = [whirl for whirl in self.sustained if whirl.stable and whirl.accurate]
         for whirl in sorted(stable, key=lambda whirl: abs(whirl.frequency))[:MOST_LISTED]:
             forces = ", ".join(f"{name} {_force_text(N)}" for name, N in whirl.N.items())
-            rolls = "" if whirl.slips else "; it rolls before"
+            rolls = "" if whirl.slips else "; the rotor rolls before it whirls this fast"
             lines.append(f"a whirl at {unit.text(whirl.frequency)} lasts even without unbalance ({forces}{rolls})")
         for contact in {whirl.frequency: whirl for whirl in self.rolling if whirl.possible}.values():  # the most sites
             slower = [w.frequency for w in self.sustained if w.grows_backward and {*w.contact} <= {*contact.contact}]

@@ -62,7 +62,7 @@ def simulate_in_processes(
                 if done:
                     progress(len(cases) - len(running), len(cases))
         except BrokenProcessPool:
-            raise ValueError(f"processes of the study ended; {main_guard_advice('it')}") from None
+            raise ValueError(f"processes of the study ended unexpectedly; {main_guard_advice('it')}") from None
         except BaseException:
             parent_end.close()
             pool.shutdown(cancel_futures=True)

@@ -114,7 +114,7 @@ def new(
     _echo_design(folder.name, machine.design)
     for bearing, point in machine.points.items():
         click.echo(
-            f"bearing {bearing}, each axis: {machine.sizes.loads[bearing]:.4g} N of the weight with "
+            f"bearing {bearing}: each axis carries {machine.sizes.loads[bearing]:.4g} N of the weight with "
             f"{point.static_current:.3g} A; K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
             + ("" if magnet is None else f" (data sheet: {magnet.k_s:.4g} N/m, {magnet.k_i:.4g} N/A)")
         )

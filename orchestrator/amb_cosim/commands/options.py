@@ -127,7 +127,7 @@ def _default_rotor() -> str:
             name = tomllib.loads(file.read_text(encoding="utf-8")).get("rotor") if is_short else None
             if name:
                 return str(name)
-    return "that of a pack"
+    return "the default of a pack"
 
 
 SPEED = WithUnit("12000 rpm", "200 Hz", "1257 rad/s")

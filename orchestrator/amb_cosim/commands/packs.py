@@ -87,7 +87,7 @@ class PackCommands(click.Group):
             if command is None or command.hidden:
                 continue
             package = package_of(command)
-            title = heading.get(name) or (f"Of the pack {package}" if package in installed else "Commands")
+            title = heading.get(name) or (f"Commands of the pack {package}" if package in installed else "Commands")
             listed.setdefault(title, []).append((name, command))
         limit = formatter.width - 6 - max(len(name) for commands in listed.values() for name, _ in commands)
         for title, commands in listed.items():

@@ -131,7 +131,7 @@ def _laws(table: ControllerTable, warp: Warp) -> dict[float, Law]:
         ends = [[end] if isinstance(end, str) else list(end) for end in (channel.from_, channel.to)]
         if len(ends[0]) != len(ends[1]):
             raise ValueError(
-                f"{where}: from has {len(ends[0])} names and to has {len(ends[1])}; the numbers must be equal"
+                f"{where}: 'from' has {len(ends[0])} names and 'to' has {len(ends[1])}; the numbers must be equal"
             )
         gains.append(_gains(channel, where))
         speeds |= {speed for speed, _ in gains[-1]}

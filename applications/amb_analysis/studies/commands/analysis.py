@@ -245,7 +245,7 @@ add_study(
     "traps",
     *MACHINE,
     click.option("--speed", type=SPEED, help="Spin speed of the machine; default: the scenario's."),
-    click.option("--unbalance", type=UNBALANCE, help="Its unbalance; default: at the end of the scenario."),
+    click.option("--unbalance", type=UNBALANCE, help="Unbalance of the machine; default: the scenario's last."),
     click.option("--place", metavar="DISC", help="Place of the unbalance; default: as in the scenario."),
     click.option("--up-to", type=SPEED, help="Highest speed of the map; default: twice the machine's."),
     click.option("--unbalance-up-to", type=UNBALANCE, help="Largest unbalance of the map; default: beyond the traps."),

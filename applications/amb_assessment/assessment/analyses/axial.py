@@ -146,10 +146,9 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
         )
         if bearing.is_corner_computed:
             iron += (
-                " The corner follows from the material by a formula derived here. Up to 1 kHz, this lag agrees with "
-                "that of the field within 13 % for a relative permeability of 500 or more, and within 30 % for 200. "
-                "Prefer a "
-                "measured corner."
+                " The corner follows from the material by a formula of this project. Up to 1 kHz, this lag agrees "
+                "with the lag of the magnetic field within 13 % for a relative permeability of 500 or more, and within "
+                "30 % for 200. Prefer a measured corner."
             )
     tilt = (
         f"The disc has a moment stiffness of {-bearing.moment_stiffness():.4g} N m/rad against tilt; a negative "

@@ -71,9 +71,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "`amb-cosim study unbalance_response`, for example, uses the unbalances of a scenario.",
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
         "A_vl/A_max, the probe limit over the largest displacement at the probes in operation, limited to 1 to 6. The "
-        "published text states only the 6; the scale represents vibration that rises to the limit, so it never "
-        "reduces a share. "
-        "The offset of a place is added to the scaled major axis.",
+        "published text states only the upper limit of 6; the scale represents vibration that rises to the limit, so "
+        "it never reduces a share. The offset of a place is added to the scaled major axis.",
         NEARER,
         *table_notes(subject, float(speeds[-1])),
     )

@@ -38,7 +38,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     notes = (
         f"The unbalance of the balancing grade acts entirely at the rotor's planes, for the worst mode: "
         f"{'; '.join(placed)}. "
-        f"The largest steady response between the least and the largest speed is at {rpm(worst.Omega):.0f} rpm, "
+        f"The largest steady response between the smallest and the largest speed is at {rpm(worst.Omega):.0f} rpm, "
         f"{100.0 * worst.share:.3g} % of the clearance at {worst.site}.",
         NEARER,
         "Sensor noise and converter resolution are the controller's defaults, unless the machine defines its signal "

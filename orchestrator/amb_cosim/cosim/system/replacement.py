@@ -148,7 +148,7 @@ def notices(system: System, interfaces: Interfaces, assigned: Iterable[str], dro
         name = component.name
         lacks = [end.removeprefix(f"{name}.") for end in dropped if system.divide(end)[0] == name]
         if lacks:
-            sentences.append(f"{name}: {fmu_name(component.fmu)} has no {', '.join(lacks)}; its settings are ignored")
+            sentences.append(f"{name}: {fmu_name(component.fmu)} has no {', '.join(lacks)}; such settings are ignored")
         if component.replaces is None:
             continue
         unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in fed]
