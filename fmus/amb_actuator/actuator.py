@@ -49,7 +49,7 @@ class AxisResponse(NamedTuple):
 
 
 class EquivalentCurrents(NamedTuple):
-    """Equivalent currents of the coil pairs: upper + per_upper times the deviation of the current, and so on (A, 1)."""
+    """Equivalent currents of the pairs: upper + per_upper times the deviation of the current, likewise lower (A, 1)."""
 
     upper: float
     per_upper: float
@@ -103,7 +103,7 @@ def coil_pairs(axes: Axes, k: int) -> CoilPairs:
 
 @inlined_kernel
 def respond(axes: Axes, k: int, pairs: CoilPairs, step_size: float) -> AxisResponse:
-    """Advance the currents of axis k over a step (s), or set them to the steady state of the command if it is 0 s."""
+    """Advance the currents of axis k over a step (s); if it is 0 s, set them to the steady state of the command."""
     axis, u, deviation, amplifier = axes.parameters[k], axes.inputs[k], axes.deviations[k], axes.common[0].amplifier
     i_c = commanded_current(axis, u, amplifier)
     if step_size == 0.0:
@@ -229,7 +229,7 @@ def advance_lagged_axis(axes: Axes, k: int, step_size: float) -> None:
 
 @kernel
 def advance(axes: Axes, step_size: float) -> int:
-    """Advance all axes over a step (s), or set them to a steady state if it is 0 s, and return the fault code."""
+    """Advance all axes over a step (s), or set them to a steady state if the step is 0 s, and return the fault code."""
     fault = check(axes)
     if fault != 0:
         return fault

@@ -7,8 +7,8 @@
           ========
     lower coil pair (I_b - I_c)
 
-    Permanent magnets, if there are any, are a constant part I_m of the currents: the coils carry the rest, and without
-    power I_m stays.
+    Permanent magnets, if there are any, count as a constant part I_m of the currents: the coils carry the rest, and
+    without power I_m stays.
 
     F = K_s x + K_i I_c: both constants are positive. K_s > 0 pulls the rotor further away from the
     centre; the bearing is unstable without control.
@@ -83,7 +83,7 @@ def current_stiffness(p: np.record) -> float:
 
 @kernel
 def current_per_displacement(law: float, p: np.record) -> float:
-    """Return K_s/K_i of a linear law (A/m), the control current with the force of a displacement; 0 without K_i."""
+    """Return K_s/K_i of a linear law (A/m), the control current per displacement of equal force; 0 without K_i."""
     k_s, k_i = negative_stiffness(p), current_stiffness(p)
     if law == MEASURED:
         k_s, k_i = p.k_s_measured, p.k_i_measured

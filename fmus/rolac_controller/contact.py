@@ -9,7 +9,8 @@ and rotates it against the journal's displacement, with a lead psi, in proportio
 
     U_b' = alpha [ (1 - p) (H Q)_b - p exp(j psi) |(H Q)_b| q_b/|q_b| ]           for each bearing b
 
-With p = 0 this is ROLAC. It moves the journals inward until they are free; ROLAC then converges to the optimum.
+With p = 0 this is ROLAC. With p > 0 the law moves the journals inward until they are free; ROLAC then converges to the
+optimum.
 """
 
 from __future__ import annotations

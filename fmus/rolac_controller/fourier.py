@@ -7,10 +7,10 @@ q ~ Re[sum Q_n exp(j n theta)]. At constant speed this is the integral over one 
       o-----|-o-------o-------o---  ...  ---o-------o-------o-------o      angle ->
       excess|<------------------------ 2 pi ----------------------->|
 
-Trapezoidal rule on the products q exp(-j n theta); the oldest segment is cut at the beginning of the revolution by
-linear interpolation. Each segment is added once, when it enters, and subtracted once, when it leaves. Segments are
-subtracted from one sum (`old`) and added to another (`fresh`): when the last segment of the old sum has left, its
-accumulated rounding is dropped and the fresh sum replaces it, which prevents drift.
+The trapezoidal rule is applied to the products q exp(-j n theta); the oldest segment is cut at the beginning of the
+revolution by linear interpolation. Each segment is added once, when it enters, and subtracted once, when it leaves.
+Segments are subtracted from one sum (`old`) and added to another (`fresh`): when the last segment of the old sum has
+left, its accumulated rounding is dropped and the fresh sum replaces it, which prevents drift.
 """
 
 from __future__ import annotations
@@ -231,7 +231,7 @@ def transform(window: Window, harmonics: Records, Q: Complex) -> None:
 
         a (m^2 + n^2) delta^3 sqrt(3) / (216 pi)
 
-    to leading order in (m + n) delta, and only rounding if the revolution is a whole number of samples
+    to leading order in (m + n) delta, and there is only rounding error if the revolution is a whole number of samples
     (except aliases, m + n >= 2 pi/delta).
 
     Parameters

@@ -152,7 +152,7 @@ def critical_speed_shift(result: ModelReduction, model: str) -> Annotated[float,
 
 
 def critical_speed_shift_of_even_nodes(result: ModelReduction) -> Annotated[float, "1"]:
-    """Return the largest change of critical speeds by using six equidistant nodes with lumped masses (1)."""
+    """Return the largest change of critical speeds if six equidistant nodes with lumped masses are used (1)."""
     model = supported_rotor(even_nodes(load_rotor("bath_rig_thesis")), "diagonal").model
     crossings = campbell(model, result.speeds, COUNT).critical_speeds
     return _largest_shift(result, [crossing.Omega for crossing in crossings])
@@ -232,7 +232,7 @@ def frequency_panels(result: MeshAndCondensation) -> list[Panel]:
 
 
 def h_panels(result: InverseReceptance) -> list[Panel]:
-    """Return norms of H, errors of its interpolation, the condition number of R, and H at 10 Hz beside the print."""
+    """Return norms of H, errors of its interpolation, the condition number of R, and printed and computed H at 10 Hz."""
     exact, between = (1e-6 * np.linalg.norm(h, axis=(1, 2)) for h in (result.h, result.h_interpolated))
     norms = [curve("exact", result.speeds, exact), curve("interpolated", result.speeds, between, "dashed")]
     norms += [

@@ -73,7 +73,7 @@ def shaft_diameter(inputs: ModelInputs) -> Annotated[float, "m"]:
 
 
 def body_count(inputs: ModelInputs, mass: float, radius: float) -> Annotated[float, "1"]:
-    """Return the number of rigid bodies of a mass (kg) and a radius (m)."""
+    """Return the number of rigid bodies with this mass (kg) and radius (m)."""
     return float(sum((body.mass, getattr(body, "radius", None)) == (mass, radius) for body in inputs.rotor.bodies))
 
 

@@ -1,8 +1,8 @@
 """Forces of faces on the shaft, its spin, and the retainers on which it lands, and the heat of the faces.
 
 Over a part of a step, the force of the seat follows from the motion along the shaft, and the torque of friction from
-the state at its beginning; this torque cannot end the slip before the end of the part. The centre of pressure and the
-friction across the shaft follow the lateral motion.
+the state at the beginning of the part; this torque cannot end the slip before the end of the part. The centre of
+pressure and the friction across the shaft follow the lateral motion.
 """
 
 from __future__ import annotations
@@ -258,7 +258,7 @@ def _apply(w: Workspace, q: Array, v: Array, Omega: float, a: Array, m: int) -> 
 
 @noinline_kernel
 def add_accelerations(w: Workspace, z: Array, Omega: float, a: Array) -> None:
-    """Add the accelerations of the shaft by the seats that push at z."""
+    """Add the accelerations of the shaft due to the seats that push at z."""
     m = w.Minv.shape[0]
     records, rows = faces_of(w.faces, m)
     for k in range(records.shape[0]):

@@ -29,7 +29,7 @@ def growth_rates(swept: NDArray[np.object_]) -> Array:
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the decrement with the anticipated cross coupling, and the relative threshold, at the largest speed."""
+    """Return the decrement with the anticipated coupling, and the threshold relative to it, at the largest speed."""
     if not subject.file.stages:
         raise ValueError("the machine file has no stages; add their data or their cross coupling")
     speed, limit = subject.file.speed.highest, subject.file.highest_frequency

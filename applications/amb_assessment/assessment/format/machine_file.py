@@ -38,7 +38,7 @@ OF_SCENARIO = (*OF_MACHINE, "gradient", "inputs")  # fields of a scenario that d
 
 
 class Speeds(Table):
-    """Speeds of the machine: smallest and largest in operation, and the trip speed (default: 1.05 times maximum).
+    """Speeds of the machine: smallest and largest in operation, and trip speed (default: 1.05 times the largest).
 
     `run_up` and `run_down` are the times between standstill and the largest speed, at constant acceleration.
     """

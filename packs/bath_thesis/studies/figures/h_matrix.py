@@ -10,5 +10,5 @@ from bath_thesis.studies.h_interpolation import InverseReceptance
 
 
 def draw(result: InverseReceptance) -> Figure:
-    """Draw norms of H, errors of interpolation, condition number of R and, for the rig, H at 10 Hz beside the print."""
+    """Draw norms of H, errors of interpolation, condition number of R and, for the rig, printed and computed H."""
     return figure_of(h_panels(result))
