@@ -92,7 +92,7 @@ class BallBearing:
         require(self.clearance < D, "clearance", f"{self.clearance:g} m", f"< ball_diameter = {D:g} m")
         pressure = self.pressure(float(np.max(self.ball_loads(np.zeros(3)))))
         what, value = ("preload", f"{self.preload:g} N") if self.preload else ("clearance", f"{self.clearance:g} m")
-        allowed = f"less: at rest it loads the balls with {pressure / 1e6:.0f} MPa, and 4200 MPa leaves marks"
+        allowed = f"less: at rest it loads the balls to {pressure / 1e6:.0f} MPa, and 4200 MPa leaves marks"
         require(pressure < PRESSURE_LIMIT, what, value, allowed)
 
     @cached_property

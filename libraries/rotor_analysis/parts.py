@@ -86,7 +86,7 @@ class Body(_Placed):
     """A rigid body on the shaft. A plane that only carries unbalance has mass 0."""
 
     name: Name
-    """Name; its variables in the plant begin with it."""
+    """Name with which the part's variables in the plant begin."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     mass: Mass
@@ -110,7 +110,7 @@ class Disc(_Placed):
     """A homogeneous rigid disc or core on the shaft."""
 
     name: Name
-    """Name; its variables in the plant begin with it."""
+    """Name with which the part's variables in the plant begin."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     mass: Mass
@@ -187,7 +187,7 @@ class Bearing(_Placed):
     """
 
     name: Name
-    """Name; its variables in the plant begin with it."""
+    """Name with which the part's variables in the plant begin."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     stiffness: Annotated[TensorOrNumber, Unit("N/m")] = NO_TENSOR
@@ -231,7 +231,7 @@ class Bearing(_Placed):
 
     @property
     def tilting(self) -> Bearing | None:
-        """Its moments (2), as a bearing whose forces (1) act on slopes instead of displacements; None if it has none"""
+        """The moments (2), as a bearing whose forces (1) act on slopes instead of displacements; None without moments."""
         tensors = [self.tilt_stiffness, self.tilt_damping]
         tensors += [tensor for row in self.at_speed for tensor in (row.tilt_stiffness, row.tilt_damping)]
         if all(tensor == NO_TENSOR for tensor in tensors):
@@ -261,7 +261,7 @@ class Site(_Placed):
     """A contact site."""
 
     name: Name
-    """Name; its variables in the plant begin with it."""
+    """Name with which the part's variables in the plant begin."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     clearance: Length = DEFAULT_CLEARANCE
@@ -271,7 +271,7 @@ class Site(_Placed):
     bearing: Name | None = None
     """Bearing to which this retainer belongs."""
     stator: Name | None = None
-    """Bearing with this stator bore, where the rotor touches the iron of the magnets."""
+    """Bearing whose stator bore this site is, where the rotor touches the iron of the magnets."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft gets a node there."""
 
@@ -281,7 +281,7 @@ class Sensor(_Placed):
     """A plane of displacement sensors."""
 
     name: Name
-    """Name; its variables in the plant begin with it."""
+    """Name with which the part's variables in the plant begin."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     x: Variable = ""
@@ -304,7 +304,7 @@ class ThrustDisc:
     z: Position
     """Position along the shaft."""
     name: Name = "thrust"
-    """Name; its variables in the plant begin with it."""
+    """Name with which the part's variables in the plant begin."""
 
 
 @table
@@ -312,7 +312,7 @@ class Face(_Placed):
     """A face that stops the rotor along its shaft, such as a shoulder against the ring of a retainer bearing."""
 
     name: Name
-    """Name; its variables in the plant begin with it."""
+    """Name with which the part's variables in the plant begin."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     stops: Literal["-z", "+z"]

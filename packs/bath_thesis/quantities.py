@@ -232,7 +232,7 @@ def frequency_panels(result: MeshAndCondensation) -> list[Panel]:
 
 
 def h_panels(result: InverseReceptance) -> list[Panel]:
-    """Return norms of H, errors of its interpolation, the condition number of R, and printed and computed H at 10 Hz."""
+    """Return norms of H, errors of its interpolation, condition number of R, and printed and computed H at 10 Hz."""
     exact, between = (1e-6 * np.linalg.norm(h, axis=(1, 2)) for h in (result.h, result.h_interpolated))
     norms = [curve("exact", result.speeds, exact), curve("interpolated", result.speeds, between, "dashed")]
     norms += [

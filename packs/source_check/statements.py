@@ -107,19 +107,19 @@ class Statement(Table):
     arguments: Values = Field(default={})
     """Arguments of the quantity."""
     reading: tuple[Reading, ...] = ()
-    """Other ways to compute it, tried in turn if the value is missed."""
+    """Other ways to compute the value, tried in turn if it is missed."""
     beside: tuple[Reading, ...] = ()
-    """Other ways to compute it that are shown but not judged."""
+    """Other ways to compute the value, which are shown but not judged."""
     converged: str = ""
     """Source of the same quantity on a model with more modes, printed and judged in a separate column."""
     given: bool = False
     """Whether the value is an input of the model."""
     definition: bool = False
-    """Whether any model must meet it: a conversion of units, a kinematic identity, a formula of the source itself."""
+    """Whether any model must meet the value: a unit conversion, a kinematic identity, or a formula of the source."""
     inferred: str = ""
     """Interpretation of the source's words, such as a number for a word."""
     why: str = ""
-    """Reason if it is missed."""
+    """Reason if the value is missed."""
     cause: Cause = "unexplained"
     """Kind of this reason: `data`, the source gives too little or contradicts itself; `detail`, the value depends on
     details of the machine that the source leaves open; `reading`, only another reading of the source meets it."""

@@ -21,7 +21,7 @@ from rotor_analysis.refinement import refined
 
 declare("spectral_radius", "1", ("growth_rate", "frequency", "N"))
 declare("decrement", "1", ("frequency", "N"))
-declare("decrement_anywhere", "1", ("frequency", "N"), "Smallest logarithmic decrement at all frequencies")
+declare("decrement_anywhere", "1", ("frequency", "N"), "Smallest logarithmic decrement over all frequencies")
 
 POINTS = 41  # speeds
 MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure, whose axis is logarithmic

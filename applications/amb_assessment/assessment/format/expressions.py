@@ -120,7 +120,7 @@ def _value(node: ast.AST, values: Mapping[str, float]) -> Any:
                 count = f"{least} arguments or more" if most > least else "one argument"
                 raise ValueError(f"{name} with {len(arguments)} arguments is not allowed; it takes {count}")
             return function(*(number_of(argument) for argument in arguments))
-    raise ValueError("only numbers, names, + - * / **, a comparison, and, or, not, and functions are allowed")
+    raise ValueError("only numbers, names, functions, comparisons, + - * / **, 'and', 'or' and 'not' are allowed")
 
 
 def _power(base: float, exponent: float) -> float:

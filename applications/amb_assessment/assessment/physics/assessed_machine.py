@@ -148,12 +148,12 @@ class AssessedMachine(Machine):
         return (*self.retainers, *gaps) if self.retainers else tuple(self.clearances)
 
     def nearest(self, shares: Mapping[str, float]) -> list[str]:
-        """Return the places that decide: the air gap of a magnet if its share is the largest, otherwise its retainers.
+        """Return the judged places: the air gap of a magnet if its share is the largest, otherwise its retainers.
 
         Parameters
         ----------
         shares
-            Displacement over the clearance by place; all other places decide, too.
+            Displacement over the clearance by place; all other places are judged, too.
         """
         guarded = {site.name: air_gap(site.bearing) for site in self.rotor.sites if site.bearing}
         groups: dict[str, list[str]] = {}

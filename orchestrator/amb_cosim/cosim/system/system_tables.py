@@ -76,7 +76,7 @@ class ProfileTable(Table):
     """Input for the slope (per s), if a component needs it."""
     file: str = ""
     """CSV file in place of `points`: a column `time (s)`, and one for each input with its unit, such as
-    `rotor_contact.base.a_x (m/s2)`. A column `time` is in seconds. Rows closer together than communication steps are
+    `rotor_contact.base.a_x (m/s2)`. A column `time` is in seconds. Rows closer together than a communication step are
     averaged over each step.
     """
     begin: Value = 0.0
