@@ -231,7 +231,7 @@ class Bearing(_Placed):
 
     @property
     def tilting(self) -> Bearing | None:
-        """The moments (2), as a bearing whose forces (1) act on slopes instead of displacements; None without moments."""
+        """Moments (2), as a bearing whose forces (1) act on slopes instead of displacements; None if there are none."""
         tensors = [self.tilt_stiffness, self.tilt_damping]
         tensors += [tensor for row in self.at_speed for tensor in (row.tilt_stiffness, row.tilt_damping)]
         if all(tensor == NO_TENSOR for tensor in tensors):
