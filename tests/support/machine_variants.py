@@ -68,10 +68,12 @@ def halved(rotor: dict[str, Any]) -> dict[str, Any]:
 
 
 def in_other_units(text: str) -> str:
-    """Return the text of a TOML file with every value that has a unit in another one."""
+    """Return the text of a TOML file with the values whose unit is in `UNITS` in another one."""
 
     def other(match: re.Match[str]) -> str:
-        factor, unit = UNITS.get(match[2], (1.0, match[2]))
+        if match[2] not in UNITS:
+            return match[0]
+        factor, unit = UNITS[match[2]]
         return f'"{factor * float(match[1]):.15g} {unit}"'
 
     return VALUE.sub(other, text)

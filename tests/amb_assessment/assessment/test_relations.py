@@ -114,7 +114,7 @@ def with_rotor(change, machine, folder):
 
 
 def with_other_units(machine, folder):
-    """Copy the machine with its values in other units; a rotor file has SI units alone."""
+    """Copy the machine with its values in other units; its rotor file has none of these units."""
     for path in machine.glob("*.toml"):
         text = path.read_text(encoding="utf-8")
         changed = in_other_units(text)
