@@ -180,7 +180,7 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     Raises
     ------
     ValueError
-        If `mass` is neither.
+        If `mass` is neither `consistent` nor `diagonal`.
     """
     mass = mass or rotor.shaft.mass_matrix
     if mass not in ("consistent", "diagonal"):

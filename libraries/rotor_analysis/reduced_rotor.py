@@ -1,4 +1,4 @@
-"""The model of the plant: the free rotor reduced as in its file, its error, and its frequency limit."""
+"""The model of the plant: the free rotor, reduced as its file specifies, with the error and limit of the reduction."""
 
 from __future__ import annotations
 

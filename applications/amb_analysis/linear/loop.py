@@ -296,7 +296,7 @@ def pole_frequency(pole: complex | Array | Complex, sample_time: float) -> float
 
 
 class Modes(NamedTuple):
-    """Eigenvalues lambda of A, C V and V^-1 B, with the eigenvectors V in columns."""
+    """The eigenvalues lambda of A, and the products C V and V^-1 B with the eigenvectors of A as columns of V."""
 
     poles: Complex
     of_outputs: Complex

@@ -1,4 +1,4 @@
-"""Study of the stability margin of the levitated rotor (ISO 14839-3), computed and measured in a co-simulation."""
+"""Study of the stability margin of the levitated rotor (ISO 14839-3), computed, and measured in a co-simulation."""
 
 from __future__ import annotations
 

@@ -115,10 +115,10 @@ class Scenario(Table):
     """Revolutions before cycle 0 in which the motion settles. The rotor angle at cycle 0 is `initial.angle` of the
     rotor plus these revolutions, with any communication step."""
     settling: Settling = "simulated"
-    """Method for the motion before cycle 0: `simulated` over these turns; `solved`, followed by a simulated turn that
-    ends at the same rotor angle; or `automatic`, which solves if possible. Solving is not possible with noise,
-    converters, adaptive control, identification or contact before cycle 0, with an unstable loop or nonlinear forces,
-    or if housings or races move or the speed changes.
+    """How the motion before cycle 0 is found: `simulated` over `settle_cycles`; `solved` as a steady motion, followed
+    by a simulated revolution that ends at the same rotor angle; or `automatic`, which solves if possible. Solving is
+    not possible with noise, converters, adaptive control, identification or contact before cycle 0, with an unstable
+    loop or nonlinear forces, or if housings or races move or the speed changes.
     """
     end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
     """End of the run in cycles; set this or `end_time`. Either replaces the end of a base. A `stop` may end the

@@ -1,4 +1,4 @@
-"""Runs scenarios: prepares the run, executes its plan, and makes the result of its record."""
+"""Runs scenarios: prepares the run, executes its plan, and builds the result from its record."""
 
 from __future__ import annotations
 

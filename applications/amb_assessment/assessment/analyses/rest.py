@@ -74,7 +74,7 @@ class Outlook:
     swing: float | None
 
     def is_that_of(self, before: Outlook) -> bool:
-        """Return whether a shorter run predicted the same standstill, and the same rest or rocking without decay."""
+        """Return whether a shorter run predicted the same standstill, and a swing that has not decayed since."""
         if self.swing is None or before.swing is None or self.swing < STEADY_SWING * before.swing:
             return False
         return math.isclose(self.standstill, before.standstill, rel_tol=SAME_TIME)
