@@ -153,7 +153,7 @@ def test_ctrl_c_reports_the_step_it_waits_for_and_ends_all_processes(system, hos
         wait_until(hostile.hangs)
         os.kill(process.pid, signal.SIGINT)
         line = next(line for line in process.stderr if "waiting" in line)
-        assert_names(line, "step of one", "Ctrl-C")
+        assert_names(line, "one to complete its step", "Ctrl-C")
         os.kill(process.pid, signal.SIGINT)
         process.communicate(timeout=LONGEST)
     assert process.returncode == 130

@@ -64,7 +64,7 @@ def test_a_process_that_is_killed_frees_the_one_that_waits(tmp_path):
     assert first.stdout.readline() == "in\n"
     second = started(HOLDER.format(place=place, seconds=0))
     assert second.stderr is not None
-    assert_names(second.stderr.readline(), "waiting", "makes the thing")
+    assert_names(second.stderr.readline(), "waiting", "make the thing")
     first.kill()
     assert second.communicate(timeout=LONGEST)[0] == "in\n"
     first.communicate()

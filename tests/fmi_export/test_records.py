@@ -49,10 +49,10 @@ def test_fields_of_a_record_are_in_the_order_of_the_array() -> None:
 @pytest.mark.parametrize(
     ("places", "facts"),
     [
-        (("sites[0].gap", "law", "sites[1].gap"), ("beside",)),
+        (("sites[0].gap", "law", "sites[1].gap"), ("next to",)),
         (("sites[0].gap", "sites[1].mu"), ("alike",)),
         (("law", "law"), ("law",)),
-        (("sites[1].gap",), ("beside",)),
+        (("sites[1].gap",), ("next to",)),
         (("2nd", "law"), ("2nd",)),
     ],
 )

@@ -137,7 +137,7 @@ def test_a_fault_in_the_experiment_is_reported_by_the_message_of_the_fmu(changed
         ("references.csv", "time,", "moment,", ("references.csv", "'time'")),
         ("references.csv", "level", "lvel", ("lvel",)),
         ("references.csv", "\n0.0,", "\n0.0,zero,", ("references.csv", "row 2", "7", "it has 8")),
-        ("references.csv", "level", "time", ("references.csv", "two columns 'time'")),
+        ("references.csv", "level", "time", ("references.csv", "two columns called 'time'")),
     ],
 )
 def test_error_names_the_faulty_part_of_an_experiment(changed, file, old, new, facts):

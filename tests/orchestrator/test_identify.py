@@ -101,7 +101,7 @@ def test_an_interrupt_keeps_the_speeds_before_it(runner, runs, tmp_path):
     runs(completed(outputs(random_receptance())), Result(xr.Dataset(), Outcome("interrupted", 2.0)))
     result = runner("identify", "--speeds", "10 Hz,20 Hz,30 Hz", "-o", "t.toml")
     assert result.exit_code == 130
-    assert "amb-cosim: interrupted at t = 2 s; t.toml has the 1 done" in result.stderr
+    assert "amb-cosim: interrupted at t = 2 s; t.toml contains the receptances at 1 speed\n" in result.stderr
     assert [entry.speed for entry in read_table(tmp_path / "t.toml").entries] == [2.0 * math.pi * 10.0]
 
 

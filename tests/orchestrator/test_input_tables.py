@@ -70,7 +70,7 @@ def test_rows_closer_than_steps_lose_no_impulse(tmp_path, per_step):
     [
         ("t (s), rotor.d2.u (g.m)", [(0, 1)], ("time", "t (s)")),
         ("time (s)", [(0,), (1,)], ("time", "inputs")),
-        ("time (s), rotor.d2.u (g.m)", [(0, 1), (0, 2)], ("0 s", "rise")),
+        ("time (s), rotor.d2.u (g.m)", [(0, 1), (0, 2)], ("0 s", "increase")),
         ("time (s), rotor.d2.u (g.m)", [(0, 1), (1, "much")], ("row 3", "'much'", "number")),
         ("time (s), rotor.d2.u (g.m)", [(0, 1), (1, "nan")], ("row 3", "finite")),
         *(

@@ -80,7 +80,7 @@ def with_ring(node, mass, radius):
         (RING + "mass = 1\nradius = 1\nwidth = 1", ("bodies[0] (ring)", "node", "z")),
         (OIL + "z = 0.5", ("bearings[0] (oil)", "both", "node", "z")),
         (SEAL + "z = 1.5", ("sites[0].z (seal)", "1.5 m", "0 m to 1 m")),
-        (OIL.replace("oil", "2nd"), ("bearings[0].name (2nd)", "'2nd'", "letters", "digits")),
+        (OIL.replace("oil", "2nd"), ("bearings[0].name (2nd)", "letters", "digits")),
         (OIL + SEAL + "node = 1\nbearing = 'oli'", ("sites[0].bearing (seal)", "'oli'", "oil")),
         (
             SEAL + "node = 1\nx = 's1'",

@@ -110,7 +110,7 @@ def test_reads_a_list_of_modes(tmp_path, name):
         ("frequency [Hz],y/u amplitude [m/N]\n1,2\n", ("amplitude", "phase")),
         ("frequency [Hz],y/u real [m],y/u imag [m]\n1,2,3\n2,2,3\n", ("output over input",)),
         ("frequency [Hz],y/u real [K/N],y/u imag [K/N]\n1,2,3\n2,2,3\n", ("unit", "'K'")),
-        ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n2,2,3\n1,2,3\n", ("ascend",)),
+        ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n2,2,3\n1,2,3\n", ("ascending",)),
         ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n1,2\n2,2,3\n", ("row 2", "3 values", "it has 2")),
         ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n1,a,3\n2,2,3\n", ("cell", "number")),
         ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n1,,3\n2,2,3\n", ("finite",)),

@@ -224,7 +224,7 @@ def test_an_axial_control_of_several_displacements_is_refused(pump):
 
 def test_an_axial_control_that_depends_on_the_speed_is_refused(pump):
     table = 'gain = [["0 rpm", -1.0], ["36000 rpm", -0.9]]\nblocks = [{ type = "pid", kp = "1.2e4'
-    with raises_naming(ValueError, "rolac_controller.thrust.i_z", "speed", "one law"):
+    with raises_naming(ValueError, "rolac_controller.thrust.i_z", "speed", "along the shaft"):
         pump(lambda text: text.replace('gain = -1.0\nblocks = [{ type = "pid", kp = "1.2e4', table))
 
 

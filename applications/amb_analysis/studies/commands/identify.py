@@ -41,7 +41,7 @@ def identify(output: Path, **options: Any) -> None:
         result = studies.identify(output=output, **options)
     print_parts(result.text())
     written = (
-        f"{output} contains the receptances at {result.identified} speeds"
+        f"{output} contains the receptances at {result.identified} speed{'s' * (result.identified != 1)}"
         if result.identified
         else f"nothing was written to {output}"
     )
