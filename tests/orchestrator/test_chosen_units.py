@@ -10,8 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
+import rotor_literature
 from amb_analysis.measured.records import Measurement, Modes
+from amb_analysis.studies.controller_description import describe_controller
+from amb_analysis.studies.result import DrawnResult
 from amb_assessment.assessment.engine.assess import assess
 from amb_assessment.assessment.page.page import page
 from amb_cosim import studies
@@ -37,7 +41,7 @@ ARGUMENTS = {  # of every study; a study that is not here fails
     "receptance": {"rotor": "compressor"},
     "response": {"scenario": MACHINE, "inputs": ["impeller3.f_x"], "outputs": ["seal.x"], "up_to": "100 Hz"},
     "fit": {"rotor": EXPANDER, "measured": MODES, "free": {"materials.steel.youngs_modulus": (1.8e11, 2.4e11)}},
-    "waterfall": {"source": RUN, "window": "2 ms"},
+    "waterfall": {"source": RUN.changed(end_cycle=1), "window": "6 ms"},
     "identify": {"speeds": "9000 rpm", "scenario": MACHINE, "computed": True},
     "robustness": {"scenario": RUN},
     "tables": {},
@@ -53,7 +57,8 @@ SLOW = {"convergence", "coupling", "coupling_error", "recovery", "synchronous_re
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d{1,3}(?:,\d{3})+|\d+)\.?\d*(?:e[-+]?\d+)?")
 NAMES = "|".join(map(re.escape, (*QUANTITIES, "1/min", "\N{MICRO SIGN}m")))
 UNIT = re.compile(rf"(?:\d |\()({NAMES})(?=[,;:.)]|\s(?!s/m|m/|s\))|$)")
-PLACES = re.compile(r"(?:z|at) \(m?m\)|z = \S+ m?m\b")  # places along the shaft keep their unit
+PLACES = re.compile(r"(?:[rz]|at|position)\$? \(m?m\)|z = \S+ m?m\b")  # places along the shaft keep their unit
+SYMBOLS = re.compile(r"\$[^$]*\$")
 BEFORE, AFTER = ("rpm", "mm", "N"), ("Hz", "um", "kN")
 FACTORS = [SIZES[QUANTITIES[a]][a] / SIZES[QUANTITIES[b]][b] for a, b in zip(BEFORE, AFTER, strict=True)]
 
@@ -70,13 +75,44 @@ def text_of_page(assessment, *chosen):
     return PLACES.sub("", re.sub(r", \d+\.\d s ", " ", text))  # without times of computation
 
 
-def check_units(before, after):
-    """Fail unless two texts differ in their units alone, and each number scales with its unit or stays."""
+def drawn(result, *chosen):
+    """Return the texts of a study's figure, and the label and limits of each of its axes."""
+    with units(*chosen):
+        figure = studies.figure(result)
+        ends = [
+            (axis.get_label_text(), np.sort(axis.get_view_interval()))
+            for axes in figure.axes
+            for axis in (axes.xaxis, axes.yaxis)
+        ]
+    ticks = {text for axes in figure.axes for axis in (axes.xaxis, axes.yaxis) for text in axis.findobj(Text)}
+    labels = [axis.label for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
+    shown = [text.get_text() for text in figure.findobj(Text) if text not in ticks or text in labels]
+    return SYMBOLS.sub("", PLACES.sub("", "\n".join(shown))), ends
+
+
+def check_figure(result):
+    """Fail unless the texts of a figure follow the units, and the limits of each axis the unit of its label."""
+    (before, ends), (after, changed) = (drawn(result, *chosen) for chosen in (BEFORE, AFTER))
+    check_texts(before, after)
+    for (label, old), (new_label, new) in zip(ends, changed, strict=True):
+        pairs = zip(BEFORE, FACTORS, strict=True)
+        factor = next((factor for name, factor in pairs if f"({name})" in label), 1.0)
+        assert not label or new == pytest.approx(factor * old, rel=1e-6, abs=1e-9 * np.ptp(new)), (label, new_label)
+
+
+def check_texts(before, after):
+    """Fail unless two texts have the chosen units alone, and each number scales with its unit or stays."""
     for text, chosen in ((before, BEFORE), (after, AFTER)):
         assert {name.replace("\N{MICRO SIGN}", "u") for name in UNIT.findall(text)} <= {*chosen}
     numbers = [[float(number.replace(",", "")) for number in NUMBER.findall(text)] for text in (before, after)]
     for a, b in zip(*numbers, strict=True):
         assert any(math.isclose(a * factor, b, rel_tol=0.01, abs_tol=0.006) for factor in (1.0, *FACTORS)), (a, b)
+    return numbers
+
+
+def check_units(before, after):
+    """Fail unless two texts differ in their units alone, and numbers of each unit scale with it."""
+    numbers = check_texts(before, after)
     for name, factor in zip(BEFORE, FACTORS, strict=True):
         if name in UNIT.findall(before):
             assert any(a != b and math.isclose(a * factor, b, rel_tol=0.01) for a, b in zip(*numbers, strict=True))
@@ -85,9 +121,11 @@ def check_units(before, after):
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in studies.STUDIES]
 )
-def test_chosen_units_act_on_all_numbers_of_a_study(name):
+def test_chosen_units_act_on_the_numbers_and_the_figure_of_a_study(name):
     result = getattr(studies, name)(**ARGUMENTS[name])
     check_units(shown(result, *BEFORE), shown(result, *AFTER))
+    if isinstance(result, DrawnResult):
+        check_figure(result)
     if name != "tables":  # whose frequencies are those of the thesis
         assert "rad/s" not in UNIT.findall(shown(result))
 
@@ -106,3 +144,8 @@ def test_chosen_units_act_on_the_description_of_a_machine_file(runner):
         runner("assess", "turbo_expander", "--check", "--units", ",".join(some)).stdout for some in (BEFORE, AFTER)
     ]
     check_units(*(PLACES.sub("", text) for text in texts))
+
+
+def test_chosen_units_act_on_the_figure_of_a_controller():
+    file = Path(rotor_literature.__path__[0]) / "controllers" / "compressor_lead_sections.toml"
+    check_figure(describe_controller(file, "9000 rpm", [300.0, 1000.0]))

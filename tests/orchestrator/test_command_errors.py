@@ -124,7 +124,7 @@ RESULTS = {
     "study contact_laws --restitution 0.1": "restitution = 0.1 is not allowed; it must be from 0.15 to 1",
     "study recovery --steps 0.008,0.012": "--steps 0.012 has no unit; write for example '8,12,16 g.m'",
     "study contact_laws --delta-c '1e12 m'": "does not leave the retainer within",
-    "study waterfall run --window '5 s'": "window = 5 s is not allowed; it must be >= 0.0032 s and <=",
+    "study waterfall run --window '5 s'": "window = 5 s is not allowed; it must be >= 0.016 s and <=",
     "study waterfall run --up-to 0": "up-to = 0 Hz is not allowed; it must be > 0 Hz",
     "study waterfall run --set a.b=1": "run is a saved result; its settings cannot be changed",
     "plot run orbit": "did you mean orbits",

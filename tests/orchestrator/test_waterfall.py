@@ -150,11 +150,19 @@ def test_run_without_samples_is_refused(make, samples):
 
 
 def test_a_run_of_few_samples_has_one_window_or_is_refused(make):
-    """A window has at least 16 steps; the message states the duration, not an empty range of windows."""
+    """A window has two cycles of the highest frequency; the message states the duration, not an empty range."""
     run = make(whirl(1e-4, 1.0 / PERIOD))
     begin = int(np.searchsorted(run.dataset["cycle"].values, 0.0))
     h = float(np.diff(run.dataset["time"].values[:2])[0])
-    spectra = studies.waterfall(Result(run.dataset.isel(time=slice(begin, begin + 18)), DONE))
-    assert spectra.window == pytest.approx(16 * h)
-    with raises_naming(ValueError, f"{9 * h:g} s", f"{h:g} s", f"{16 * h:g} s"):
+    spectra = studies.waterfall(Result(run.dataset.isel(time=slice(begin, begin + 82)), DONE))
+    assert spectra.window == pytest.approx(80 * h)  # two cycles of 125 Hz
+    with raises_naming(ValueError, f"{9 * h:g} s", f"{h:g} s", f"{80 * h:g} s"):
         studies.waterfall(Result(run.dataset.isel(time=slice(begin, begin + 10)), DONE))
+
+
+def test_a_window_has_two_cycles_of_the_highest_frequency(make):
+    """Lines of shorter windows lie further apart than that frequency, so that a spectrum would have one line."""
+    run = make(whirl(1e-4, 1.0 / PERIOD))
+    assert len(studies.waterfall(run, up_to="100 Hz", window="20 ms").frequencies) == 5
+    with raises_naming(ValueError, "window = 0.019 s", ">= 0.02 s"):
+        studies.waterfall(run, up_to="100 Hz", window="19 ms")

@@ -33,6 +33,7 @@ from array_types import Array, Complex
 LONGEST_WINDOW = 1.0  # s, by default
 WINDOWS = 8  # fewest in a shorter run, by default
 FEWEST = 16  # samples of a window, at least
+CYCLES = 2.0  # of the highest frequency in a window, at least; the lines are 1 / window apart
 PROMINENCE = 0.05  # least prominence of a peak, over the largest amplitude
 ORDERS = 2.5  # default of the highest frequency, over the highest spin frequency
 UP_TO = 60.0  # Hz, default of the highest frequency of a rotor at rest
@@ -197,13 +198,15 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
     if not len(steps) or not np.allclose(steps, steps[0], rtol=1e-6):
         raise ValueError("spectra require samples at equal steps, but the steps of the run differ")
     h, duration = float(steps[0]), float(time[-1] - time[0])
-    if duration < FEWEST * h:
+    shortest = max(FEWEST * h, CYCLES / highest)
+    if duration < shortest:
         has = f"the run has only {duration:.6g} s from cycle 0 on, in steps of {h:g} s"
-        raise ValueError(f"{has}; spectra require at least {FEWEST * h:g} s")
+        raise ValueError(f"{has}; spectra require at least {shortest:.6g} s")
     length = (
-        min(LONGEST_WINDOW, max(duration / WINDOWS, FEWEST * h)) if window is None else quantity(window, "s", "window")
+        min(LONGEST_WINDOW, max(duration / WINDOWS, shortest)) if window is None else quantity(window, "s", "window")
     )
-    require(FEWEST * h <= length <= duration, "window", f"{length:g} s", f">= {FEWEST * h:g} s and <= {duration:.6g} s")
+    allowed = f">= {shortest:.6g} s and <= {duration:.6g} s"
+    require(shortest <= length <= duration, "window", f"{length:g} s", allowed)
     size = round(in_steps(length, h))
     Omega, theta = speed(recorded)[after], 2.0 * np.pi * turns(recorded)[after]
 

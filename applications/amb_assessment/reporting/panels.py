@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.digits import with_micro_signs
-from amb_cosim.presentation.units import convert_units_in_text, relabelled
+from amb_cosim.presentation.units import SIZES, convert_units_in_text, is_place, relabelled
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
 from amb_cosim.results.orbits import directions, path, radius, support, turned_upright
@@ -71,9 +71,10 @@ class Panel:
     def in_chosen_units(self) -> Panel:
         """Return the plot with speeds, lengths and forces in the units that were chosen (`presentation.units`).
 
-        Axial positions, which are lengths on the horizontal axis, do not change.
+        Places along the shaft do not change.
         """
-        (x, x_factor), (y, y_factor) = relabelled(self.x, "speed"), relabelled(self.y, "speed", "length", "force")
+        x, x_factor = (self.x, 1.0) if is_place(self.x) else relabelled(self.x, *SIZES)
+        y, y_factor = relabelled(self.y, *SIZES)
         curves = (
             replace(c, name=convert_units_in_text(c.name), x=x_factor * c.x, y=y_factor * c.y) for c in self.curves
         )

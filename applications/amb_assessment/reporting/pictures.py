@@ -29,7 +29,8 @@ def picture_of(panels: Sequence[Panel]) -> bytes:
 
 
 def figure_of(panels: Sequence[Panel]) -> Figure:
-    """Return a figure of the plots, two in a row."""
+    """Return a figure of the plots in the chosen units, two in a row."""
+    panels = [panel.in_chosen_units() for panel in panels]
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
     figure = StyledFigure(figsize=(WIDTH * columns, HEIGHT * rows), layout="constrained")

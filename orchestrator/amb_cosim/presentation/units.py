@@ -55,6 +55,10 @@ class ShownUnit:
         """Convert values from the SI unit to this one."""
         return np.asarray(values, np.float64) / self.size
 
+    def of_hertz(self, values: ArrayLike) -> Array:
+        """Convert frequencies from Hz to this unit of speeds."""
+        return self.of(SIZES["speed"]["Hz"] * np.asarray(values, np.float64))
+
     def text(self, value: float, digits: int = 4) -> str:
         """Convert a value from the SI unit to this one, and write it with the name of the unit."""
         return f"{self.number(value, digits)} {self.label}"
@@ -132,6 +136,16 @@ def frequency_unit() -> ShownUnit:
     return speed_unit("Hz")
 
 
+def frequency_label() -> str:
+    """Return the label of an axis of frequencies."""
+    return f"frequency ({frequency_unit().label})"
+
+
+def frequency_text(hertz: float, digits: int = 4) -> str:
+    """Return a frequency (Hz) in the unit of frequencies, with the name of the unit."""
+    return frequency_unit().text(SIZES["speed"]["Hz"] * hertz, digits)
+
+
 def length_unit(largest: float) -> ShownUnit:
     """Return the unit for lengths up to `largest` (m): um below 0.1 mm, otherwise mm, unless a unit was chosen."""
     return _unit("length", "um" if largest < LENGTH_IN_UM else "mm")
@@ -174,11 +188,16 @@ def column_in_chosen_units(heading: str) -> tuple[str, Callable[[str], str]]:
     >>> heading, convert("1481, 785.3")
     ('forces (kN)', '1.481, 0.7853')
     """
-    stays = heading.startswith("z ") or heading.endswith("(m)") or heading.count("(") > 1
+    stays = is_place(heading) or heading.count("(") > 1
     label, factor = (heading, 1.0) if stays else relabelled(heading, *SIZES)
     if factor == 1.0:
         return convert_units_in_text(label), convert_units_in_text
     return label, lambda cell: _CELL.sub(lambda found: significant(float(found[0]) * factor, 4), cell)
+
+
+def is_place(label: str) -> bool:
+    """Return whether a label names a place along the shaft, whose unit stays."""
+    return label.startswith("z ") or label.endswith("(m)")
 
 
 def convert_units_in_text(text: str) -> str:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from amb_analysis.studies.controller_description import ControllerDescription, LawPath, degrees
 from amb_cosim.presentation.style import DASHED, GREY, StyledFigure, write_title
+from amb_cosim.presentation.units import frequency_label, frequency_unit
 
 
 def draw(result: ControllerDescription) -> Figure:
@@ -18,20 +19,21 @@ def draw(result: ControllerDescription) -> Figure:
     """
     figure = StyledFigure(figsize=(8.0, 6.0), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
-    hertz = result.omega / (2.0 * np.pi)
+    unit = frequency_unit()
+    frequencies = unit.of(result.omega)
     for number, (names, path) in enumerate(_grouped(result.connections)):
         colour, label = f"C{number}", ", ".join(names[:4]) + (" ..." if len(names) > 4 else "")
-        above.loglog(hertz, np.abs(path.sampled), color=colour, label=label)
-        below.semilogx(hertz, degrees(path.sampled), color=colour)
+        above.loglog(frequencies, np.abs(path.sampled), color=colour, label=label)
+        below.semilogx(frequencies, degrees(path.sampled), color=colour)
         if path.continuous is not None:
-            above.loglog(hertz, np.abs(path.continuous), color=colour, linestyle=DASHED)
-            below.semilogx(hertz, degrees(path.continuous), color=colour, linestyle=DASHED)
+            above.loglog(frequencies, np.abs(path.continuous), color=colour, linestyle=DASHED)
+            below.semilogx(frequencies, degrees(path.continuous), color=colour, linestyle=DASHED)
     for axes in (above, below):
         for mode in result.modes:
-            axes.axvline(mode / (2.0 * np.pi), color=GREY, linewidth=0.6)
+            axes.axvline(mode / unit.size, color=GREY, linewidth=0.6)
         axes.grid(alpha=0.3)
     above.set(ylabel="gain (A/m)")
-    below.set(xlabel="frequency (Hz)", ylabel="phase (deg)")
+    below.set(xlabel=frequency_label(), ylabel="phase (deg)")
     figure.legend(loc="outside lower center")
     has_continuous = any(path.continuous is not None for path in result.connections)
     lines = "solid: sampled" + (", dashed: continuous" if has_continuous else "")

@@ -13,6 +13,7 @@ from matplotlib.patches import Patch, Rectangle
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, is_extrapolated
 from amb_analysis.studies.rotor_layout import LayoutEntry, RotorLayout
 from amb_cosim.presentation.style import BLUE, BROWN, GREEN, ORANGE, PURPLE, SKY_BLUE, YELLOW, StyledFigure, write_title
+from amb_cosim.presentation.units import frequency_unit
 from rotor_analysis.element import Element
 from rotor_analysis.parts import BodyOrDisc, Face
 from rotor_analysis.rotor import Rotor
@@ -55,11 +56,12 @@ def draw(result: RotorLayout) -> Figure:
     _draw_lanes(beneath, result, lanes)
     _mark_parts(above, result, lanes)
     positive = result.frequencies[result.frequencies > 0.0]
-    hertz = ", ".join(f"{frequency / (2.0 * math.pi):.1f}" for frequency in positive[:3])
+    unit = frequency_unit()
+    first_modes = ", ".join(unit.number(frequency) for frequency in positive[:3])
     mark = f" ({EXTRAPOLATED})" if is_extrapolated(result.limits, 0.0) else ""
     frozen = any(item.whirl_frequency is not None for item in result.limits)
     mark += " (coefficients of one whirl frequency)" if frozen else ""
-    title = f"{rotor.name}: {result.mass:.4g} kg; {hertz} Hz at rest{mark}"
+    title = f"{rotor.name}: {result.mass:.4g} kg; {first_modes} {unit.label} at rest{mark}"
     write_title(figure, title, x=LEFT, y=1.0 - 0.1 / height, ha="left", va="top")
     return figure
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from amb_analysis.studies.bearing_axis import BearingAxis, LoadCurves
 from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.style import BLUE, ORANGE, StyledFigure, write_title
-from amb_cosim.presentation.units import force_unit, length_unit
+from amb_cosim.presentation.units import force_unit, frequency_label, frequency_text, frequency_unit, length_unit
 from array_types import Array
 
 
@@ -66,19 +66,19 @@ def _draw_load_capacity(axes: Axes, load: LoadCurves) -> None:
 
 def _draw_bandwidth(axes: Axes, result: BearingAxis) -> None:
     """Draw the largest sinusoidal force over frequency, and the bandwidth at three amplitudes."""
-    unit = force_unit(max(result.bandwidth.force_amplitude))
-    frequencies, amplitudes = result.bandwidth.frequencies, unit.of(result.bandwidth.force_amplitude)
+    unit, cycles = force_unit(max(result.bandwidth.force_amplitude)), frequency_unit()
+    frequencies, amplitudes = cycles.of_hertz(result.bandwidth.frequencies), unit.of(result.bandwidth.force_amplitude)
     axes.loglog(frequencies, amplitudes, color=BLUE)
     for swing in result.full_swing:
-        point = (swing.bandwidth, swing.force / unit.size)
+        point = (float(cycles.of_hertz(swing.bandwidth)), swing.force / unit.size)
         axes.plot(*point, "o", color=BLUE, ms=3.5)
-        label = f"{significant(swing.i_c)} A to {significant(point[0])} Hz"
+        label = f"{significant(swing.i_c)} A to {frequency_text(swing.bandwidth)}"
         axes.annotate(label, point, (-7, -10), textcoords="offset points", ha="right", fontsize=8)
-    bandwidth = result.amplifier_bandwidth
+    bandwidth = float(cycles.of_hertz(result.amplifier_bandwidth))
     axes.axvline(bandwidth, color="0.45", lw=0.8, ls=":")
-    text = f"{bandwidth:g} Hz, small signals "
+    text = f"{frequency_text(result.amplifier_bandwidth)}, small signals "
     axes.text(bandwidth, 0.03, text, transform=axes.get_xaxis_transform(), ha="right", fontsize=8)
     top = 2.5 * max(amplitudes)
-    axes.set(xlabel="frequency (Hz)", ylabel=f"amplitude of the force ({unit.label})", ylim=(top / 1000.0, top))
+    axes.set(xlabel=frequency_label(), ylabel=f"amplitude of the force ({unit.label})", ylim=(top / 1000.0, top))
     axes.set_xlim(frequencies[0], frequencies[-1])
     axes.set_title("Largest sinusoidal force, at the voltage limit")

@@ -9,7 +9,7 @@ from matplotlib.ticker import MultipleLocator
 
 from amb_analysis.studies.sensor_receptance import SensorReceptance
 from amb_cosim.presentation.style import COLOURS, DASHED, StyledFigure, write_title
-from amb_cosim.presentation.units import SIZES, speed_unit, spin_label
+from amb_cosim.presentation.units import speed_unit, spin_label
 from array_types import Array
 
 WIDTH = 4.2  # inches, of a bearing's panels
@@ -20,7 +20,7 @@ def draw(result: SensorReceptance) -> Figure:
     bearings = len(result.forces) // 2
     figure = StyledFigure(figsize=(WIDTH * max(bearings, 2), 6.0), layout="constrained")
     panels = figure.subplots(2, bearings, squeeze=False, sharex=True, sharey="row", height_ratios=(3, 2))
-    speeds, R = speed_unit().of(SIZES["speed"]["Hz"] * result.speeds), result.receptance
+    speeds, R = speed_unit().of_hertz(result.speeds), result.receptance
     for column, force in enumerate(range(0, len(result.forces), 2)):
         top, bottom = panels[:, column]
         for plane in range(len(result.planes)):

@@ -9,7 +9,7 @@ from matplotlib.ticker import MultipleLocator
 
 from amb_analysis.studies.frequency_responses import ComputedResponse, FrequencyResponses
 from amb_cosim.presentation.style import BLUE, GREY, ORANGE, StyledFigure, fitted, write_title
-from amb_cosim.presentation.units import speed_unit
+from amb_cosim.presentation.units import frequency_label, frequency_unit, speed_unit
 from array_types import Array, Complex
 
 MOST = 6  # responses that are drawn
@@ -41,7 +41,7 @@ def draw(result: FrequencyResponses, label: str = "computed") -> Figure:
 
 def _draw_response(panels: Array, name: str, item: ComputedResponse, label: str) -> None:
     top, middle = panels[0], panels[1]
-    f = item.frequencies
+    f = frequency_unit().of_hertz(item.frequencies)
     if item.measured is not None:
         top.semilogy(f, np.abs(item.measured), color=GREY, lw=1.6, label="measured")
         middle.plot(f, _phase(item.measured), ".", color=GREY, ms=2.0)
@@ -74,7 +74,7 @@ def _set_frequencies(panels: Array, f: Array) -> None:
     last: Axes = panels[-1]
     if f[-1] > LINEAR_BELOW * f[0] and np.ptp(np.diff(np.log(f))) < np.ptp(np.diff(f)) / np.mean(np.diff(f)):
         last.set_xscale("log")
-    last.set(xlabel="frequency (Hz)", xlim=(f[0], f[-1]))
+    last.set(xlabel=frequency_label(), xlim=(f[0], f[-1]))
     for panel in panels:
         panel.grid(color="0.9", lw=0.5)
 

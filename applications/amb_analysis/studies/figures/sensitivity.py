@@ -17,7 +17,7 @@ from amb_analysis.studies.injection import HIGHEST
 from amb_analysis.studies.stability_margin import StabilityMargin
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, COLOURS, DASHED, ORANGE, StyledFigure, write_title
-from amb_cosim.presentation.units import spin_text
+from amb_cosim.presentation.units import frequency_label, frequency_text, frequency_unit, spin_text
 from array_types import Complex
 
 ZONE_SHADES = {"A": "1.0", "B": "0.95", "C": "0.89", "D": "0.82"}
@@ -42,7 +42,7 @@ def draw(result: StabilityMargin) -> Figure:
     for first in panels[:-1, 0]:
         first.set_ylabel("sensitivity |S|")
     for last in panels[-1]:
-        last.set_xlabel("frequency (Hz)")
+        last.set_xlabel(frequency_label())
     _draw_all_loops(panels[-1], result)
     delay = f", {result.delay:g} sample{'s' * (result.delay != 1.0)} of delay" if result.delay else ""
     handles = [
@@ -50,7 +50,7 @@ def draw(result: StabilityMargin) -> Figure:
         Line2D([], [], color=ORANGE, ls="", marker="o", ms=3, label="measured in the co-simulation"),
     ]
     if result.frequencies[-1] > HIGHEST:
-        handles.append(Line2D([], [], **STANDARD_ENDS, label=f"{HIGHEST:g} Hz, the end of ISO 14839-3"))
+        handles.append(Line2D([], [], **STANDARD_ENDS, label=f"{frequency_text(HIGHEST)}, the end of ISO 14839-3"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     _draw_nyquist(right.subplots(), result)
     write_title(
@@ -79,7 +79,7 @@ def _draw_nyquist(axes: Axes, result: StabilityMargin) -> None:
     axes.plot(-1.0, 0.0, "+", ms=7, color="black")
     for (name, axis), colour in zip(result.axes.items(), cycle(COLOURS), strict=False):
         at = int(np.argmax(axis.computed))
-        label = f"{name}: nearest at {result.frequencies[at]:.0f} Hz"
+        label = f"{name}: nearest at {frequency_text(result.frequencies[at], 3)}"
         style: Any = DASHED if name.endswith("y") else "-"
         axes.plot(axis.L.real, axis.L.imag, color=colour, ls=style, lw=0.9, label=label)
         nearest = axis.L[at]
@@ -110,7 +110,7 @@ def _draw_direction(axes: Axes, L: Complex, around: float, colour: str) -> None:
 
 def _draw_all_loops(panels: Sequence[Axes], result: StabilityMargin) -> None:
     """Draw the largest singular values of S and T, and the disk margins of all loops at once."""
-    gang, frequencies = result.gang_of_four, result.frequencies
+    gang, frequencies = result.gang_of_four, frequency_unit().of_hertz(result.frequencies)
     for label, curve, colour in (("S", gang.S, BLUE), ("T", gang.T, ORANGE)):
         panels[0].loglog(frequencies, curve, color=colour, lw=0.8, label=label)
     for (place, margin), colour in zip(result.disk_margins.items(), (BLUE, ORANGE), strict=True):
@@ -133,16 +133,17 @@ def _draw_zones(axes: Axes, zone_limits: dict[str, float]) -> None:
 
 def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
     """Draw the computed curve of an axis and some measured values, evenly spaced on the logarithmic axis."""
-    frequencies, axis = result.frequencies, result.axes[name]
-    lines, values = axis.measured_frequencies, axis.measured
+    unit, axis = frequency_unit(), result.axes[name]
+    frequencies, lines = unit.of_hertz(result.frequencies), unit.of_hertz(axis.measured_frequencies)
+    values = axis.measured
     marked = np.unique(np.searchsorted(lines, np.geomspace(lines[0], lines[-1], 150)).clip(0, len(lines) - 1))
     axes.semilogx(lines[marked], values[marked], "o", color=ORANGE, ms=2.6)
     axes.semilogx(frequencies, axis.computed, color=BLUE, lw=0.8)
     top = ROOM * max(float(max(o.computed.max(), o.measured.max())) for o in result.axes.values())
-    if frequencies[-1] > HIGHEST:
-        axes.axvline(HIGHEST, **STANDARD_ENDS)
+    if result.frequencies[-1] > HIGHEST:
+        axes.axvline(float(unit.of_hertz(HIGHEST)), **STANDARD_ENDS)
     axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(0.0, top))
-    peak = f"{axis.peak:.2f} at {axis.peak_frequency:.1f} Hz, zone {axis.zone}"
+    peak = f"{axis.peak:.2f} at {frequency_text(axis.peak_frequency)}, zone {axis.zone}"
     bearing, _, direction = name.rpartition(".")
     axes.set_title(f"{name_label(bearing)}, {direction} axis: {peak}")
     ends = [0.0, *result.zone_limits.values(), np.inf]
@@ -150,4 +151,4 @@ def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
         if min(high, top) - low > LETTER_HEIGHT * top:
             style: Any = {"ha": "right", "va": "top", "color": "0.3"}
             axes.text(0.99, min(high, top) - 0.02 * top, letter, transform=axes.get_yaxis_transform(), **style)
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.9g}"))

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from amb_analysis.studies.run_spectra import Waterfall
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, StyledFigure, write_title
-from amb_cosim.presentation.units import SIZES, length_unit, speed_unit, spin_label
+from amb_cosim.presentation.units import frequency_label, frequency_unit, length_unit, speed_unit, spin_label
 
 HEIGHT = 0.22  # height of the largest stacked amplitude, over the axis
 MARKS, BESIDE = 12, 0.06  # marks at the frequency of rotation; their distance from it over the axis
@@ -23,7 +23,9 @@ def draw(result: Waterfall) -> Figure:
     """Draw the stacked spectra, a colour map, and the peak hold for each bearing."""
     figure = StyledFigure(figsize=(11.0, 3.6 * len(result.bearings) + 0.4), layout="constrained")
     rows = figure.subplots(len(result.bearings), 3, squeeze=False, sharex=True)
-    spins = speed_unit().of(SIZES["speed"]["Hz"] * result.speeds)
+    cycles = frequency_unit()
+    frequencies = cycles.of_hertz(result.frequencies)
+    spins = speed_unit().of_hertz(result.speeds)
     place, label = (spins, spin_label()) if result.changing_speed else (result.times, "time (s)")
     # A speed that rises and falls does not order the windows: then time is the axis.
     if result.changing_speed and not np.all(np.diff(place) >= 0.0):
@@ -31,10 +33,10 @@ def draw(result: Waterfall) -> Figure:
     unit = length_unit(max(float(spectra.amplitude.max()) for spectra in result.bearings.values()))
     for (stacked, coloured, held), (name, spectra) in zip(rows, result.bearings.items(), strict=True):
         amplitude = unit.of(spectra.amplitude)
-        _stack(stacked, result.frequencies, place, amplitude, unit.label)
+        _stack(stacked, frequencies, place, amplitude, unit.label)
         floor = FLOOR * float(amplitude.max())
         mesh = coloured.pcolormesh(
-            result.frequencies,
+            frequencies,
             place,
             np.maximum(amplitude, floor),
             norm=LogNorm(floor),
@@ -42,17 +44,17 @@ def draw(result: Waterfall) -> Figure:
             rasterized=True,
         )
         figure.colorbar(mesh, ax=coloured, label=f"amplitude ({unit.label})")
-        held.semilogy(result.frequencies, unit.of(spectra.peak_hold), color=BLUE)
+        held.semilogy(frequencies, unit.of(spectra.peak_hold), color=BLUE)
         held.set(ylabel=f"largest amplitude ({unit.label})", ylim=(floor, None))
         held.grid(color="0.9", lw=0.5)
         for axes, colour in ((stacked, "0.2"), (coloured, "white")):
-            _point_at_rotation(axes, result, place, colour)
+            _point_at_rotation(axes, cycles.of_hertz(result.speeds), place, colour)
             axes.set_ylabel(label)
         stacked.set_title(f"{name_label(name)}: spectra")
         coloured.set_title(f"{name_label(name)}: as a map")
         held.set_title(f"{name_label(name)}: peak hold")
     for axes in rows[-1]:
-        axes.set(xlabel="frequency (Hz), forward > 0", xlim=(result.frequencies[0], result.frequencies[-1]))
+        axes.set(xlabel=f"{frequency_label()}, forward > 0", xlim=(frequencies[0], frequencies[-1]))
     write_title(
         figure,
         f"{result.scenario}: spectra of x + jy, windows of {result.window:.3g} s\n"
@@ -61,12 +63,12 @@ def draw(result: Waterfall) -> Figure:
     return figure
 
 
-def _point_at_rotation(axes: Axes, result: Waterfall, place: np.ndarray, colour: str) -> None:
+def _point_at_rotation(axes: Axes, rotation: np.ndarray, place: np.ndarray, colour: str) -> None:
     """Draw marks that point at the ridges at the frequency of rotation, forward and backward."""
     every = max(len(place) // MARKS, 1)
-    width = result.frequencies[-1] - result.frequencies[0]
+    low, high = axes.get_xlim()
     for sign, marker in ((1.0, "<"), (-1.0, ">")):
-        beside = sign * (result.speeds[::every] + BESIDE * width)
+        beside = sign * (rotation[::every] + BESIDE * (high - low))
         axes.plot(beside, place[::every], ls="", marker=marker, ms=3.0, color=colour, mew=0.0, zorder=6)
 
 
