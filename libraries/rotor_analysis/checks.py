@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
 from annotated_types import Ge, Gt
-from pydantic import AfterValidator, StrictFloat, StrictInt, StrictStr
+from pydantic import AfterValidator, BeforeValidator, StrictFloat, StrictInt, StrictStr
 
 from amb_files.validation_errors import Unit
 
@@ -69,10 +68,5 @@ def speed_in_si(value: object) -> object:
         raise ValueError(f"it must be a number with its unit, {', '.join(SPEED_UNITS)}, such as '9900 rpm'") from None
 
 
-def require_unit(data: Mapping[str, Any]) -> None:
-    """Raise a ValueError if the speed of a rotor file's `[reduction]` is a number without a unit, other than 0."""
-    reduction = data.get("reduction")
-    speed = reduction.get("speed") if isinstance(reduction, Mapping) else None
-    if isinstance(speed, int | float) and not isinstance(speed, bool) and speed:
-        allowed = f"write for example '{speed} rpm' or '{speed} rad/s'"
-        raise ValueError(f"reduction.speed = {speed} has no unit; {allowed}")
+Speed = Annotated[StrictFloat, BeforeValidator(speed_in_si), Moderate, Unit("rad/s")]
+SPEED_KEYS = "speed", "whirl_frequency"  # of a rotor file

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from annotated_types import Ge
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, StrictBool, StrictFloat, Tag
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, StrictBool, Tag
 
 from amb_files.checks import require
 from amb_files.toml import table
 from amb_files.validation_errors import Unit
 from array_types import Array
-from rotor_analysis.checks import Inertia, Length, Mass, Moderate, Name, Node, Offset, Position, Size, Variable
+from rotor_analysis.checks import Inertia, Length, Mass, Name, Node, Offset, Position, Size, Speed, Variable
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
@@ -156,8 +156,8 @@ BodyOrDisc = Annotated[
 class AtSpeed:
     """Coefficients of a bearing at a spin speed."""
 
-    speed: Annotated[StrictFloat, Moderate, Unit("rad/s")]
-    """Spin speed."""
+    speed: Speed
+    """Spin speed; in a file, a text with its unit, such as `"9900 rpm"`."""
     stiffness: Annotated[TensorOrNumber, Unit("N/m")] = NO_TENSOR
     """2 x 2 stiffness (N/m) or a number."""
     damping: Annotated[TensorOrNumber, Unit("N s/m")] = NO_TENSOR
@@ -200,8 +200,9 @@ class Bearing(_Placed):
     """Coefficients at ascending spin speeds, instead of those above; interpolated monotonically, constant outside."""
     mass: Annotated[TensorOrNumber, Unit("kg")] = NO_TENSOR
     """2 x 2 mass that moves with the shaft (of a fluid), or a number (kg)."""
-    whirl_frequency: Annotated[StrictFloat, Ge(0.0), Moderate, Unit("rad/s")] | None = None
-    """Whirl frequency at which frequency-dependent coefficients were taken; results state it."""
+    whirl_frequency: Annotated[Speed, Ge(0.0)] | None = None
+    """Whirl frequency at which frequency-dependent coefficients were taken; results state it. In a file, a text with
+    its unit, such as `"75 Hz"`."""
     tilt_stiffness: Annotated[TensorOrNumber, Unit("N m/rad")] = NO_TENSOR
     """2 x 2 stiffness against tilt [[xx, xy], [yx, yy]] or a number (N m/rad). A negative number tilts the shaft
     further."""

@@ -11,13 +11,13 @@ from dataclasses import field, replace
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Lt
-from pydantic import BeforeValidator, StrictFloat, StrictInt, StrictStr
+from pydantic import StrictFloat, StrictInt, StrictStr
 
 from amb_files.checks import require
 from amb_files.suggestions import suggest
 from amb_files.toml import table
 from amb_files.validation_errors import Unit
-from rotor_analysis.checks import Moderate, Name, Node, speed_in_si
+from rotor_analysis.checks import Moderate, Name, Node, Speed
 from rotor_analysis.damping import Damping
 from rotor_analysis.element import Element, Material
 from rotor_analysis.parts import (
@@ -56,7 +56,7 @@ class ReductionOptions:
     band: Annotated[StrictFloat, Gt(0.0), Moderate, Unit("Hz")] | None = None
     """With `free_modes`, the frequency up to which the receptance between bearings and sites is accurate; by default
     2 kHz, up to which ISO 14839-3 judges the sensitivity of magnetic bearings."""
-    speed: Annotated[StrictFloat, BeforeValidator(speed_in_si), Ge(0.0), Moderate] = 0.0
+    speed: Annotated[Speed, Ge(0.0)] = 0.0
     """With `free_modes`, the highest spin speed; in a file, a text with its unit, such as `"9900 rpm"`. At this speed,
     the forward and backward whirl frequencies are accurate for modes with backward whirl within `band`, or for the
     first `modes`. By default only the rotor at rest is considered, so the reduced rotor may whirl too fast when it

@@ -10,8 +10,9 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from amb_files.checks import errors_in
+from amb_files.speed_units import require_speed_units, with_speed_units
 from amb_files.toml import parse_toml, read_text, read_toml, validate
-from rotor_analysis.checks import require_unit
+from rotor_analysis.checks import SPEED_KEYS
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor import Mesh, Rotor
 from rotor_analysis.shaft import ShaftOrSections
@@ -43,8 +44,7 @@ def load_rotor(source: RotorSource = None, tables: Tables | None = None) -> Roto
     if isinstance(source, Rotor):
         if not tables:
             return source
-        data = TypeAdapter(Rotor).dump_python(source, mode="json", exclude_none=True)
-        data["reduction"]["speed"] = f"{source.reduction.speed!r} rad/s"
+        data = with_speed_units(TypeAdapter(Rotor).dump_python(source, mode="json", exclude_none=True), SPEED_KEYS)
         return rotor_from(_merged(data, tables), f"rotor {source.name}")
     path = rotor_path(source)
     name = f"rotor file {path}"
@@ -78,7 +78,7 @@ def _rotor_of(text: str, name: str) -> Rotor:
 def rotor_from(data: dict[str, Any], name: str) -> Rotor:
     """Return the rotor described by the data of a file, with its mesh refined if requested."""
     with errors_in(name):
-        require_unit(data)
+        require_speed_units(data, SPEED_KEYS)
     rotor = validate(data, Rotor, name)
     mesh = rotor.mesh or (Mesh() if "sections" in data["shaft"] else None)
     if mesh is None:

@@ -139,7 +139,11 @@ def test_gains_over_speed_are_a_table_at_all_their_speeds(tmp_path):
         ({"channel": []}, ("channel",)),
         ({"channel": [{"from": "z", "to": "u"}]}, ("channel 1", "from = 'z'")),
         ({"channel": [{"from": "y", "to": ["u", "u"]}]}, ("channel 1", "1 names", "'to' has 2")),
-        ({"channel": [{"from": "y", "to": "u", "gain": [[2.0, 1.0], [1.0, 1.0]]}]}, ("ascend",)),
+        ({"channel": [{"from": "y", "to": "u", "gain": [["2 rpm", 1.0], ["1 rpm", 1.0]]}]}, ("ascend",)),
+        (
+            {"channel": [{"from": "y", "to": "u", "gain": [[0, 1.0], [9000, 2.0]]}]},
+            ("gain", "9000", "unit", "9000 rpm"),
+        ),
         ({"signals": {"s": {"z": 1.0}}, "channel": [{"from": "s", "to": "u"}]}, ("signals.s", "'z'")),
         ({"limits": ["5 A", "1 A"]}, ("limits of u", "5", "1 A")),
         ({"delay": -1.0}, ("delay", "-1")),

@@ -7,9 +7,10 @@ import pytest
 
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import convert
-from amb_cosim.scenario.file import check_speed_units, read_scenario
+from amb_cosim.scenario.file import SPEEDS, read_scenario
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario, packaged_scenarios
+from amb_files.speed_units import require_speed_units
 from tests.support.messages import assert_names, raises_naming
 
 MINIMAL = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n'
@@ -18,7 +19,7 @@ STOP = MINIMAL + '[[stop]]\nvariable = "rotor.x"\n'
 
 def parse_scenario(text: str) -> Scenario:
     data = tomllib.loads(text)
-    check_speed_units(data)
+    require_speed_units({key: data.get(key) for key in SPEEDS}, ("Omega",))
     return make_scenario(data, "mine")
 
 

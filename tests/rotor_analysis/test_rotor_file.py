@@ -55,6 +55,8 @@ def test_file_gives_the_rotor_that_it_describes(tmp_path):
 TENSOR = "a finite number or [[xx, xy], [yx, yy]] of finite numbers"
 RING = '[[bodies]]\nname = "ring"\n'
 OIL = '[[bearings]]\nname = "oil"\nnode = 1\n'
+FROZEN = '[[bearings]]\nname = "gland"\nnode = 2\nstiffness = 1e6\n'
+OVER_SPEED = "at_speed = [{{speed = {}, stiffness = 1e6}}, {{speed = {}, stiffness = 2e6}}]"
 SEAL = '[[sites]]\nname = "seal"\n'
 INLET = '[[sensors]]\nname = "inlet"\n'
 
@@ -102,7 +104,10 @@ def with_ring(node, mass, radius):
         ("[damping]\nmodal = [0.01, 'much']", ("damping.modal", "'much'")),
         ("[mesh]\naccuracy = -1", ("mesh.accuracy", "-1")),
         ("[reduction]\nspeed = 9900.0", ("reduction.speed", "9900.0", "9900.0 rpm", "9900.0 rad/s")),
-        ("[reduction]\nspeed = '9900'", ("reduction.speed", "'9900'", "rpm, 1/min, Hz, rad/s")),
+        ("[reduction]\nspeed = '9900'", ("reduction.speed", "9900", "9900 rpm", "9900 rad/s")),
+        ("[reduction]\nspeed = '9900 m'", ("reduction.speed", "9900 m", "rpm, 1/min, Hz, rad/s")),
+        (OIL + OVER_SPEED.format("0", "9000"), ("bearings[0].at_speed[1].speed", "9000", "9000 rpm", "9000 rad/s")),
+        (OIL + "stiffness = 1e6\nwhirl_frequency = 75", ("bearings[0].whirl_frequency", "75", "75 rad/s")),
         ("[reduction]\nspeed = '-1 rpm'", ("reduction.speed", "-1 rpm", ">= 0")),
         ("[reduction]\nspeed = 'nan rpm'", ("reduction.speed", "nan rpm")),
         ("[reduction]\nmethod = 'msdc'\nmodes = 4", ("reduction.modes", "free_modes", "'msdc'")),
@@ -236,11 +241,15 @@ def test_mistake_in_a_face_is_named_with_its_key(tmp_path, old, new, facts):
 
 
 @pytest.mark.parametrize("text", ["9900 rpm", "165 Hz", "9900 1/min", f"{330.0 * math.pi!r} rad/s"])
-def test_speed_of_a_reduction_has_a_unit_in_files_and_none_in_python(tmp_path, text):
+def test_speeds_of_a_rotor_have_a_unit_in_files_and_none_in_python(tmp_path, text):
     file = tmp_path / "pump.toml"
-    file.write_text(f'name = "pump"\n{SHAFT}[reduction]\nspeed = "{text}"\n')
+    bearings = f"{OIL}{OVER_SPEED.format('0.0', repr(text))}\n{FROZEN}whirl_frequency = '{text}'\n"
+    file.write_text(f'name = "pump"\n{SHAFT}{bearings}[reduction]\nspeed = "{text}"\n')
     rotor = load_rotor(file)
-    assert rotor.reduction.speed == pytest.approx(330.0 * math.pi, rel=1e-15)
     again = load_rotor(rotor, {"reduction": {"accuracy": 1e-4}})
-    assert again.reduction.speed == rotor.reduction.speed
+    for read in (rotor, again):
+        oil, gland = read.bearings
+        speeds = [read.reduction.speed, oil.at_speed[1].speed, gland.whirl_frequency]
+        assert speeds == pytest.approx([330.0 * math.pi] * 3, rel=1e-15)
+        assert oil.at_speed[0].speed == 0.0
     assert ReductionOptions(speed=1.0).speed == 1.0

@@ -25,6 +25,7 @@ from pydantic import Field
 from amb_cosim.controllers.laws import Law, law_of, series_of_sections
 from amb_cosim.cosim.system.tables import Table, Value
 from amb_cosim.cosim.system.values import quantity, stated
+from amb_files.speed_units import require_speed_unit
 
 Points = Annotated[tuple[tuple[Value, Value], ...], Field(min_length=1, max_length=1000)]  # of (speed, value)
 ValueOf = Callable[[Value, str], float]
@@ -51,8 +52,11 @@ def _number(raw: Value, unit: str, name: str, low: float, high: float) -> float:
 
 
 def schedule(points: Sequence[tuple[Value, Value]], name: str, value_of: ValueOf) -> list[tuple[float, float]]:
-    """Return ascending speeds (rad/s) and the value at each; raises ValueError if they do not ascend."""
-    result = [(quantity(speed, "rad/s", f"speed of {name}"), value_of(raw, name)) for speed, raw in points]
+    """Return ascending speeds (rad/s) and the value at each; raises ValueError if they lack a unit or do not ascend."""
+    where = f"speed of {name}"
+    for speed, _ in points:
+        require_speed_unit(str(speed), where)
+    result = [(quantity(speed, "rad/s", where), value_of(raw, name)) for speed, raw in points]
     speeds = [speed for speed, _ in result]
     if speeds != sorted(set(speeds)):
         raise ValueError(f"the speeds of {name}, {speeds} rad/s, are not allowed; they must ascend")

@@ -17,10 +17,10 @@ from typing import Any
 from amb_cosim.cosim.fmu.fmus import models
 from amb_cosim.cosim.system.system_file import packaged_systems
 from amb_cosim.cosim.system.tables import check_bases
-from amb_cosim.cosim.system.values import plain_number
 from amb_files.checks import errors_in
 from amb_files.pack_file import default_of_pack
 from amb_files.packs import PackFiles, files_of
+from amb_files.speed_units import require_speed_units
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml
 from amb_files.wildcards import matches
@@ -30,6 +30,7 @@ PATHS = (
     "receptances",
     "system",
 )  # keys of a scenario that may hold a path; `fmu` holds one for each component
+SPEEDS = ("Omega", "speed")  # keys of a scenario with speeds; `speed` holds an `Omega` for each point
 OF_COMPONENTS = ("parameters", "inputs")
 ENDS = frozenset(("end_cycle", "end_time"))  # keys that exclude each other
 
@@ -66,7 +67,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     check_bases(f"scenario {name}", derived)
     data = read_toml(source, f"scenario {name}")
     with errors_in(f"scenario {name}"):
-        check_speed_units(data)
+        require_speed_units({key: data.get(key) for key in SPEEDS}, ("Omega",))
         _check_tables_of_components(data)
     if "base" not in data and (rotor := default_of_pack("rotor", source)):
         data = {"rotor": rotor} | data
@@ -103,36 +104,6 @@ def _check_tables_of_components(data: dict[str, Any]) -> None:
         for component, values in components.items():
             if not isinstance(values, dict):
                 raise ValueError(f"{key}.{component} = {values!r} is not allowed; it must be a table")
-
-
-def check_speed_units(data: dict[str, Any]) -> None:
-    """Raise a ValueError if a scenario file states a speed without a unit, which may be meant in rpm; 0 is allowed.
-
-    In Python a number is in rad/s.
-    """
-    points = data.get("speed", [])
-    tables = [data, *points] if isinstance(points, list) else [data]
-    for table in tables:
-        Omega = table.get("Omega") if isinstance(table, dict) else None
-        if isinstance(Omega, int | float) and not isinstance(Omega, bool):
-            require_speed_unit(str(Omega))
-
-
-def require_speed_unit(written: object, name: str = "Omega") -> None:
-    """Raise a ValueError if a text is a speed without a unit, other than 0."""
-    if isinstance(written, str) and plain_number(written):
-        value = written.strip()
-        raise ValueError(f"{name} = {value} has no unit; write for example '{value} rpm' or '{value} rad/s'")
-
-
-def with_speed_units(data: dict[str, Any]) -> dict[str, Any]:
-    """Return a scenario's data with the unit of speeds that are numbers in rad/s."""
-
-    def stated(table: dict[str, Any]) -> dict[str, Any]:
-        Omega = table.get("Omega")
-        return table | {"Omega": f"{Omega!r} rad/s"} if isinstance(Omega, int | float) else table
-
-    return stated(data) | ({"speed": [stated(point) for point in data["speed"]]} if "speed" in data else {})
 
 
 def with_paths(data: dict[str, Any], place: Callable[[str], str], source: Path | None = None) -> dict[str, Any]:

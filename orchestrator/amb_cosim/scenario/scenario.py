@@ -19,13 +19,12 @@ from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import Raw, quantity, stated
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import (
+    SPEEDS,
     overlaid,
     packaged_scenarios,
     read_scenario,
     relative_to,
-    require_speed_unit,
     with_paths,
-    with_speed_units,
 )
 from amb_cosim.scenario.rotors import (
     FmuField,
@@ -42,6 +41,7 @@ from amb_cosim.scenario.scenario_tables import Event, InputProfile, Plot, SpeedP
 from amb_files.atomic import write_file
 from amb_files.checks import errors_in, require
 from amb_files.pack_file import default
+from amb_files.speed_units import require_speed_unit, with_speed_units
 from amb_files.toml import validate
 
 _MACHINE = (  # fields that define the machine and its parameters
@@ -193,7 +193,8 @@ class Scenario(Table):
         if made := self._made() | controllers:
             what = " and ".join(f"{kind} {named(value)!r}" for kind, value in made.items())
             raise ValueError(f"scenario {self.name} contains {what} made in Python; a scenario file must name files")
-        data = with_speed_units(with_paths(self._data(), relative_to(Path(path).parent)))
+        data = with_paths(self._data(), relative_to(Path(path).parent))
+        data |= with_speed_units({key: data[key] for key in SPEEDS if key in data}, ("Omega",))
         write_file(Path(path), tomli_w.dumps(data))
         return Path(path)
 

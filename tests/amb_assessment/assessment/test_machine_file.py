@@ -243,6 +243,22 @@ def test_speeds_of_a_machine_file_need_a_unit(tmp_path, key):
     assert machine(speed={"minimum": 100.0, "maximum": 200.0}).speed.lowest == 100.0
 
 
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("up_to = 700", "up_to"),
+        ("[thrust_bearing]\nbandwidth = 2000", "thrust_bearing.bandwidth"),
+        ("[thrust_bearing]\niron = { corner = 300 }", "thrust_bearing.iron.corner"),
+        ("[[stages]]\nat = 'wheel'\n[[stages.real]]\nspeed = 9000", "stages[0].real[0].speed"),
+    ],
+)
+def test_frequencies_of_a_machine_file_need_a_unit(tmp_path, text, name):
+    """700 was 700 rad/s, although a controller's file takes it for 700 Hz."""
+    (tmp_path / "machine.toml").write_text(f'rotor = "compressor"\n{text}\n')
+    with raises_naming(ValueError, "machine.toml", f"{name} = ", "unit", "rad/s"):
+        load_machine(tmp_path / "machine.toml")
+
+
 def test_a_name_with_slashes_is_one_folder(tmp_path, monkeypatch):
     """The page of `name = "pump/../../x"` was written outside the folder of results."""
     text = 'name = "pump 3/4 / ../x"\nrotor = "compressor"\n[speed]\nminimum = "7000 rpm"\nmaximum = "9000 rpm"\n'

@@ -178,9 +178,9 @@ name = "swirl"
 z = 0.26
 at_speed = [
   {{ speed = 0.0, stiffness = 0.0 }},
-  {{ speed = {SWIRL - 300.0}, stiffness = 0.0 }},
-  {{ speed = {SWIRL}, stiffness = [[0.0, 1e7], [-1e7, 0.0]] }},
-  {{ speed = {SWIRL + 300.0}, stiffness = 0.0 }},
+  {{ speed = '{SWIRL - 300.0} rad/s', stiffness = 0.0 }},
+  {{ speed = '{SWIRL} rad/s', stiffness = [[0.0, 1e7], [-1e7, 0.0]] }},
+  {{ speed = '{SWIRL + 300.0} rad/s', stiffness = 0.0 }},
 ]
 
 # The steel of the shaft"""

@@ -152,7 +152,7 @@ def test_magnets_carry_at_speed_what_a_passive_bearing_leaves_and_all_of_it_at_r
     (tmp_path / "bare.toml").write_text(text)
     text += supports(load_rotor(tmp_path / "bare.toml"), (0.2, 0.9))
     seal = '[[seals]]\nname = "guide"\nz = 0.55\n' + "".join(
-        f"[[seals.at_speed]]\nspeed = {at}\nstiffness = {k}\n" for at, k in ((0.0, 0.0), (speed, 1e12))
+        f"[[seals.at_speed]]\nspeed = '{at} rad/s'\nstiffness = {k}\n" for at, k in ((0.0, 0.0), (speed, 1e12))
     )
     sizes = []
     for name, content in (("plain", text), ("sealed", text + seal)):

@@ -21,10 +21,11 @@ from amb_assessment.assessment.format.thrust_bearing import ThrustBearing
 from amb_cosim.cosim.system.tables import Table, Value, Values
 from amb_cosim.cosim.system.values import RPM, quantity, stated
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
-from amb_cosim.scenario.file import overlaid, read_scenario, require_speed_unit, with_paths
+from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario, tilt_of
 from amb_files.checks import errors_in, require
 from amb_files.packs import files_of
+from amb_files.speed_units import require_speed_unit, require_speed_units
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 from rolac_controller.signals import LARGEST_SPEED
@@ -35,6 +36,10 @@ GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # form of ISO 21940-11, in mm/s
 
 OF_MACHINE = ("system", "rotor", "gravity", "gravity_angle", "tilt", "communication_step", "fmu", "parameters")
 OF_SCENARIO = (*OF_MACHINE, "gradient", "inputs")  # fields of a scenario that define its machine
+
+
+WITH_SPEEDS = ("speed", "up_to", "stages", "thrust_bearing")  # keys of a machine with speeds and frequencies
+SPEED_KEYS = ("minimum", "maximum", "trip", "up_to", "speed", "corner", "bandwidth")
 
 
 class Speeds(Table):
@@ -315,16 +320,6 @@ def packaged_machines() -> Mapping[str, Path]:
     return files_of("machines")
 
 
-def _check_speed_units(data: Mapping[str, Any]) -> None:
-    """Refuse speeds of a machine file that are numbers without a unit; in Python these are in rad/s."""
-    speeds = data.get("speed")
-    if not isinstance(speeds, dict):
-        return
-    for key in ("minimum", "maximum", "trip"):
-        if isinstance(speeds.get(key), int | float):
-            require_speed_unit(str(speeds[key]), f"speed.{key}")
-
-
 def load_machine(source: str | Path) -> MachineFile:
     """Read a machine, by the name of a packaged machine or from a file. Paths in a file are relative to it.
 
@@ -341,7 +336,7 @@ def load_machine(source: str | Path) -> MachineFile:
     name = f"machine file {path}"
     read = read_toml(path, name)
     with errors_in(name):
-        _check_speed_units(read)
+        require_speed_units({key: read.get(key) for key in WITH_SPEEDS}, SPEED_KEYS)
     data, scenarios = with_paths(read, lambda file: str(path.parent / file), path), files_of("scenarios")
     if isinstance(scenario := data.get("scenario"), str):
         beside = scenarios.in_pack_of(path, scenario)
