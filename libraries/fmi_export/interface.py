@@ -36,7 +36,7 @@ class Interface:
             raise ValueError(f"variables declared twice: {', '.join(duplicates)}")
         ranks = [ORDER.index(v.causality) for v in self.variables]
         if ranks != sorted(ranks):
-            raise ValueError("variables must be ordered parameters, inputs, outputs")
+            raise ValueError("variables must be in the order parameters, inputs, outputs")
         inputs = {v.name for v in self.variables if v.causality == "input"}
         for v in self.variables:
             unknown = set(v.depends_on) - inputs

@@ -109,7 +109,7 @@ class Shaft:
         for sleeve in self.sleeves:
             for place in (sleeve.begin, sleeve.end):
                 has_node = any(abs(place - z) <= SAME_PLACE for z in nodes)
-                require(has_node, "nodes", f"{list(nodes)} m", f"a list that contains {place:g} m, the end of a sleeve")
+                require(has_node, "nodes", f"{list(nodes)} m", f"a list that contains {place:g} m, where a sleeve ends")
         elements = list(zip(pairwise(self.nodes), self._pieces(), strict=True))
         pieces = [_piece(elements, a, b) for a, b in pairwise(nodes)]
         per_element: dict[str, Any] = {name: tuple(getattr(piece, name) for piece in pieces) for name in PER_ELEMENT}

@@ -94,9 +94,9 @@ def _supports(rotor: Rotor, springs: Mapping[str, float]) -> tuple[list[Bearing]
     stiff = [bearing for bearing in rotor.bearings if springs.get(bearing.name, 0.0) > 0.0]
     if len({bearing.node for bearing in (*rigid, *stiff)}) < 2:
         idle = f", {len(springs) - len(stiff)} of them without stiffness" if len(stiff) < len(springs) else ""
+        bearings = f"{len(rotor.bearings)} bearing{'s' * (len(rotor.bearings) != 1)}"
         raise ValueError(
-            f"rotor {rotor.name!r} has {len(rotor.bearings)} bearings{idle}; its weight requires two or more, at "
-            "different nodes"
+            f"rotor {rotor.name!r} has {bearings}{idle}; its weight requires two or more, at different nodes"
         )
     return rigid, stiff
 

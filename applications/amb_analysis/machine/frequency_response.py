@@ -31,7 +31,7 @@ from rotor_analysis.rotor import Rotor
 BLOCK = 512  # frequencies that are computed together, which bounds the memory
 
 Loop = Literal["free", "linear", "open", "closed"]
-"""Support of the rotor: none, its file's bearings and seals, magnets without a controller, or the control."""
+"""Support of the rotor: none, the bearings and seals of its file, magnets without a controller, or the closed loop."""
 
 
 @dataclass(frozen=True)

@@ -90,7 +90,7 @@ class IdentificationForce(DrawnResult):
         over_range = 1e3 * np.concatenate([self.columns.response_mb1, self.columns.response_mb2])
         parts: list[TextBlock] = [
             table,
-            f"the force moves its journal by {over_range.min():.3f} to {over_range.max():.3f} mm; "
+            f"the force moves the journal of its bearing by {over_range.min():.3f} to {over_range.max():.3f} mm; "
             f"the thesis chose its gain for about {1e3 * INTENDED:g} mm",
         ]
         if len(self.at_the_jump.frequencies):

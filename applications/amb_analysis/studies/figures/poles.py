@@ -54,7 +54,7 @@ def draw(result: ClosedLoopPoles) -> Figure:
     if result.least_damped is not None and least:
         mark = _mark_least_damped((top, bottom, plane), result.least_damped, least[0])
         right.legend(handles=[mark], loc="outside lower center")
-    title = f"{result.scenario}: vibrations of the sampled loop over speed"
+    title = f"{result.scenario}: vibrations of the sampled loop at each speed"
     write_title(figure, with_frozen(title, result.limits))
     return figure
 

@@ -27,7 +27,7 @@ declare("landing_failed", "%", ("whirl_friction", "friction"))
 declare("landing_backward_whirl", "%", ("whirl_friction", "friction"), "Landings that whirl backward")
 declare("landing_contact_elsewhere", "%", ("whirl_friction", "friction"))
 declare("landing_force", "1", ("weight",), "Largest contact force of a landing")
-declare("landing_heat", "J", ("weight",), "Heat of a landing in the retainers")
+declare("landing_heat", "J", ("weight",), "Heat that a landing generates in the retainers")
 declare("landing_ball_pressure", "MPa")
 
 PHASES = 4  # of a turn, at which the power is lost
