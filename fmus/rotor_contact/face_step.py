@@ -1,8 +1,8 @@
 """A communication step of a rotor that touches faces along its shaft, or may touch one.
 
-z moves first (`axial_contact`). Everything else then moves under the force of the seats that results from z: by pieces,
-or by substeps where the forces are not smooth. Both proceed in parts that are short compared with the vibration on the
-stiffest ring, so that z and the lean of the shaft remain consistent.
+The axial position z is advanced first (`axial_contact`). Everything else then moves under the force of the seats that
+results from z, in pieces, or in substeps where the forces are not smooth. Both proceed in parts that are short compared
+with the vibration on the stiffest ring, so that z and the lean of the shaft remain consistent.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ MAX_LEVEL = 10  # of parts of half the length
 def is_near_faces(
     structure: Structure, parameters: Parameters, inputs: Inputs, w: Workspace, x: State, step_size: float
 ) -> bool:
-    """Return whether the rotor touches a face, or might within a step."""
+    """Return whether the rotor touches a face, or might touch one within a step."""
     records, z, n = faces_of(w.faces, w.Minv.shape[0]).records, stages_of(w.stages).z, w.n
     p, u, axial = parameters.thrust[0], inputs.thrust[0], x.axial[0]
     force = force_along(structure.mass, parameters.scalars[0].gravity, p, u, axial.z)
@@ -91,10 +91,10 @@ def advance_on_faces(
     step_size: float,
     is_held: bool,
 ) -> int:
-    """Advance z over a step of `step_size` (s) in parts, the motion along the shaft first; return a fault code.
+    """Advance z over a step of `step_size` (s) in parts, each along the shaft first; return a fault code.
 
-    `is_held` states whether a spin that may be released is held. A part is one piece by the matrices if possible, and
-    is otherwise integrated by substeps.
+    `is_held` states whether a spin that may be released is held. A part is advanced in pieces by the matrices if
+    possible, and is otherwise integrated in substeps.
     """
     records, z, head, solver = (
         faces_of(w.faces, w.Minv.shape[0]).records,
@@ -154,9 +154,9 @@ def _pass_pieces(
     Omega: float,
     memory: np.record,
 ) -> tuple[float, float, float]:
-    """Advance z over a part of a step by pieces without contact events, of this level or one below.
+    """Advance z over a part of a step by pieces without contact events, of this level or the next shorter one.
 
-    Returns the completed share of the part, with the angle and the speed after it.
+    Returns the completed share of the part, and the angle and the speed of the rotor at the end of this share.
     """
     done, level = 0.0, max(part_level, min(int(memory.level), part_level + 1))
     while done < 1.0:

@@ -23,7 +23,7 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
     Parameters
     ----------
     motion
-        The motion; its angle theta is that of the start, and its spin speed is taken as constant.
+        The motion; its angle theta is the start angle, and its spin speed is taken as constant.
     equations
         Room for 2 n equations.
     q, v
@@ -65,7 +65,7 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
 
 @kernel
 def clamp_to_clearance(sites: Sites, q: Array, v: Array, Omega: float) -> None:
-    """Move journals outside their retainer onto it, sliding; the rest of the rotor does not move."""
+    """Move each journal that is outside its retainer onto it, in sliding contact; the rotor does not move elsewhere."""
     for site in sites:
         if can_touch(site) and locate_journal(site, q) > site.clearance:
             put_on_circle(site, q)

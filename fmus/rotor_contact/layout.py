@@ -73,10 +73,10 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
 
 class State(NamedTuple):
-    """The state: record `HEAD`, in an array of length 1; latest key and constant speed; sites; z = (q, v, integrals).
+    """The state: `HEAD` in an array of length 1, the latest key and constant speed, the sites, z = (q, v, integrals).
 
-    `axial` contains the motion along the shaft of a rotor with a thrust disc, one record or none; `faces` contains
-    records of type `FACE_STATE`. z has room for all bodies; with fewer bodies it ends earlier.
+    `axial` contains one record of the motion along the shaft if the rotor has a thrust disc, else none; `faces`
+    contains records of type `FACE_STATE`. z has room for all bodies; with fewer bodies it ends earlier.
     """
 
     head: Records
@@ -104,7 +104,7 @@ class Scratch(NamedTuple):
     orbit
         Equations of the steady orbit, shape (2 n, 2 n + 1).
     step_cache
-        Inputs of the records of sites, faces and spin, and of the non-magnetic forces.
+        Values on which the records of sites, faces and spin and the non-magnetic forces depend.
     faces
         As in `Workspace`.
     """
@@ -124,7 +124,7 @@ class Scratch(NamedTuple):
 
 @views
 def most_degrees_of_freedom(structure: Structure) -> int:
-    """Return the number of degrees of freedom with a housing and a race at every site, and a free spin."""
+    """Return the number of degrees of freedom if every site has a housing and a race, and the spin is free."""
     return structure.K.shape[0] + 3 * structure.sites.shape[0] + 1
 
 
@@ -249,7 +249,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
 
 @views
 def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int) -> Workspace:
-    """Return the workspace of a step; n is the number of all degrees of freedom."""
+    """Return the workspace of a step; n is the total number of degrees of freedom."""
     size = stage_size(n, structure.sites.shape[0], structure.n_faces)
     return Workspace(
         n,
@@ -267,7 +267,7 @@ def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int)
 
 @noinline_kernel
 def place_sites(structure: Structure, parameters: Parameters, inputs: Inputs, scratch: Scratch) -> int:
-    """Fill the records of the sites, the faces and the spin; return the number of all degrees of freedom.
+    """Fill the records of the sites, the faces and the spin; return the total number of degrees of freedom.
 
     Fields of a site that are not parameters are set to zero.
     """
@@ -292,7 +292,7 @@ def release_spin(head: np.record, z: Array, n: int) -> None:
 
 @noinline_kernel
 def hold_spin(z: Array, n: int) -> None:
-    """Take the spin, the last degree of freedom, out of z and leave n others."""
+    """Remove the spin, which is the last degree of freedom, from z; n other degrees of freedom remain."""
     for i in range(n):
         z[n + i] = z[n + 1 + i]
     for i in range(N_INTEGRALS):
@@ -310,7 +310,7 @@ def load_sites(states: Records, scratch: Scratch) -> None:
 
 @kernel
 def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
-    """Store the results of a step: modes and heat in the states, energies of impacts in the energy integrals of z.
+    """Store the results of a step: modes and heat in the states, and impact energies in the energy integrals of z.
 
     z is a row of `Workspace.stages`; it contains the site integrals of the step.
     """
@@ -324,7 +324,7 @@ def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
 
 @kernel
 def load_faces(states: Records, w: Workspace) -> None:
-    """Set whether seats push, according to their states, and reset everything that a step collects."""
+    """Set whether each seat pushes, according to the state of its face, and reset everything that a step collects."""
     records = faces_of(w.faces, w.Minv.shape[0]).records
     numbers = part(w.faces, 0, REAL, (records.shape[0], N_FACE))
     for k in range(records.shape[0]):
@@ -335,7 +335,7 @@ def load_faces(states: Records, w: Workspace) -> None:
 
 @kernel
 def store_faces(w: Workspace, states: Records, z: Array) -> None:
-    """Store whether seats push, and their heat, in the states of the faces; z is as in `store_sites`."""
+    """Store in the states of the faces whether their seats push, and their heat; for z see `store_sites`."""
     records = faces_of(w.faces, w.Minv.shape[0]).records
     for k in range(records.shape[0]):
         states[k].is_pressed = records[k].is_pressed

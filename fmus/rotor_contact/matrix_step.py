@@ -1,11 +1,11 @@
-"""A communication step by matrices, in pieces as long as their motion is smooth, each up to its first contact event.
+"""A communication step by matrices, in pieces so short that their motion is smooth; a contact event ends a piece.
 
-At a constant speed, a whole step is one product if nothing happens in it (`exact_motion`). Otherwise a piece covers a
-step, a half, a quarter and so on, and begins where the last one ended. If its forces are not smooth, a shorter piece is
-tried; after a smooth one, twice its length. If a contact event occurs in it, or the step ends before it does, it is cut
-there (`piece_cut`), provided that it is short enough for a series of its motion; otherwise shorter pieces lead up to
-the event. `substeps` integrates to the end of the step where the shortest piece cannot be solved, and if contact
-follows a force law, which the matrices do not contain.
+At a constant speed, a whole step is one product if no contact event occurs in it (`exact_motion`). Otherwise a piece
+covers a step, half a step, a quarter and so on, and begins where the last one ended. If its forces are not smooth, a
+shorter piece is tried; after a smooth piece, one of twice the length is tried. If a contact event occurs in a piece, or
+the step ends before the piece does, the piece is cut there (`piece_cut`), provided that it is short enough for a series
+of its motion. Otherwise, shorter pieces lead up to the event. `substeps` integrates the motion where the shortest piece
+cannot be solved, and wherever contact follows a force law, because the matrices do not contain such laws.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def advance_by_matrices(
 
     `may_turn` states whether a spin that is held at its speed may be released.
 
-    `memory.method` receives whether it was one piece, several pieces, or partly integrated.
+    `memory.method` records whether the step was one piece, several pieces, or partly integrated.
     """
     if is_any_compliant(w.sites):
         return NO_MATRICES_YET
@@ -187,7 +187,7 @@ def choose_matrices(
     may_turn: bool,
     memory: np.record,
 ) -> bool:
-    """Build and choose the matrices of a step, at a constant speed or around it; return whether they can be used.
+    """Build and choose the matrices of a step, for a constant speed or on the grid; return whether they can be used.
 
     The matrices around a constant speed are built early only for a spin that may be released.
     """
@@ -221,11 +221,11 @@ def try_piece(
     torque: float,
     may_cut: bool,
 ) -> tuple[int, float, float, float]:
-    """Solve a piece of length h (s) and write its end, at most after the share `latest`, to z_new.
+    """Solve a piece of length h (s), which ends at the share `latest` at the latest; write its end to z_new.
 
-    Returns how and after which share the piece ended, the roughness of its forces, and the energy that dampers took
-    (J). A piece that has to be cut is rejected if it is too long for its series, or if `may_cut` is false; then no
-    event is before the share.
+    Returns how and after which share the piece ended, the roughness of its forces, and the energy (J) that dampers
+    took. A piece that has to be cut is rejected if it is too long for its series, or if `may_cut` is false. In that
+    case, no event occurs before the returned share.
     """
     note_use(matrices, level, index)
     begin_piece(w, matrices, level, index)
@@ -258,7 +258,7 @@ def try_piece(
 
 @noinline_kernel
 def _pass_event(structure: Structure, w: Workspace, theta: float, Omega: float, law: int, shortest: float) -> int:
-    """Apply impacts at z and find the modes of the sites after it; return a fault code.
+    """Apply impacts at z and find the modes that the sites have afterwards; return a fault code.
 
     Flights shorter than `shortest` (s) count as sustained contact.
     """
@@ -275,7 +275,7 @@ def _pass_event(structure: Structure, w: Workspace, theta: float, Omega: float, 
 
 @kernel
 def series_level(matrices: StepMatrices) -> int:
-    """Return the first level with pieces short enough for their series (`piece_series`)."""
+    """Return the first level whose pieces are short enough for their series (`piece_series`)."""
     level, reach = 0, matrices.sizes[0].reach
     while reach > SERIES_REACH:
         level += 1
@@ -300,7 +300,7 @@ def _level_for(matrices: StepMatrices, rest: float, clear: float, level: int) ->
 
 @kernel
 def level_for(level: int, roughness: float, n_levels: int) -> float:
-    """Return the level, of `n_levels`, whose pieces are probably smooth if a piece of `level` has this roughness."""
+    """Return which of `n_levels` levels probably has smooth pieces if a piece of `level` has this roughness."""
     level += 1
     while roughness > OF_TWICE_THE_LENGTH and level < n_levels - 1:
         roughness /= OF_TWICE_THE_LENGTH
@@ -312,7 +312,7 @@ def level_for(level: int, roughness: float, n_levels: int) -> float:
 def find_forces_at(
     w: Workspace, matrices: StepMatrices, z: Array, theta: float, Omega: float
 ) -> tuple[bool, ShaftDamping]:
-    """Find the contact forces at z; return whether they are valid, and the torque of damping with the seals' power."""
+    """Find the contact forces at z; return whether they are valid, the damping torque, and the power of the seals."""
     index = place_on_grid(matrices, Omega)
     if not complete_speeds(matrices, index):
         return False, ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -328,7 +328,7 @@ def find_forces_at(
 def is_slow(w: Workspace, h: float) -> bool:
     """Return whether drive, drag and races change the speeds only slightly over a piece of length h (s).
 
-    A race at rest that nothing touches stays there.
+    A race that is at rest and that nothing touches stays at rest.
     """
     spin, v = w.spin[0], stages_of(w.stages).z[w.n :]
     if spin.row >= 0 and not h * drive_slope(spin) <= FASTEST_DRIVE * spin.inertia:
@@ -342,7 +342,7 @@ def is_slow(w: Workspace, h: float) -> bool:
 
 @kernel
 def angle_and_speed_after(w: Workspace, z: Array, theta: float, Omega: float, h: float) -> tuple[float, float]:
-    """Return angle (rad) and speed (rad/s) after a time h (s): prescribed values, or those of the state z there."""
+    """Return the angle (rad) and speed (rad/s) after a time h (s): prescribed, or from the state z at that time."""
     row = w.spin[0].row
     if row >= 0:
         return z[row], z[w.n + row]

@@ -37,7 +37,7 @@ def write_outputs(
 ) -> None:
     """Write all outputs from the state `x`; `Omega` (rad/s) is the present spin speed.
 
-    `step_size` (s) is the length of the last step, 0 at the start.
+    `step_size` (s) is the length of the last step, or 0 at the start.
     """
     n, sites = w.n, w.sites
     q = x.z[:n]
@@ -83,7 +83,7 @@ def energy_error(energy: np.record, head: np.record) -> float:
 
 @kernel
 def _contact_state(structure: Structure, w: Workspace) -> float:
-    """Return the sum of 1, 2, 4, ... for each bearing whose retainer the rotor touches, across or along the shaft."""
+    """Return a bit mask (1, 2, 4, ...) of the bearings whose retainers the rotor touches, across or along the shaft."""
     state = 0.0
     for bearing in range(structure.bearings.shape[0]):
         touches = False
@@ -135,7 +135,7 @@ def _write_retainer(site: Site, q: Array, v: Array, state: np.record, valid_to: 
 def write_mechanical_energy(
     structure: Structure, parameters: Parameters, w: Workspace, x: State, energy: np.record
 ) -> float:
-    """Write kinetic and strain energy (J) of the state `x` to the outputs `energy`; return their sum."""
+    """Write the kinetic and strain energy (J) of the state `x` to the outputs `energy`; return their sum."""
     n, sites = w.n, w.sites
     q = x.z[:n]
     v = x.z[n : 2 * n]

@@ -83,10 +83,10 @@ TURN = 2.0 * math.pi
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Set the rotor to its first angle, at rest in the centre or on its orbit; return a fault code.
+    """Set the rotor to its initial angle, at rest in the centre or on its orbit; return a fault code.
 
     Sites are free unless the orbit exceeds their clearance. Housings and races are at rest. The orbit is computed for
-    the passive bearings; with magnetic bearings it would depend on forces that depend on it.
+    the passive bearings only, because magnetic forces would in turn depend on the orbit.
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
@@ -254,8 +254,8 @@ def _method(solver: np.record, sites: Sites) -> float:
 def _work_of_jump(w: Workspace, Omega: float) -> float:
     """Return the work (J) of an ideal drive that changes the spin speed at once to `Omega` (rad/s).
 
-    It accelerates everything that rolls on the rotor, without slip and so without heat: the work is the gain of kinetic
-    energy.
+    It accelerates everything that rolls on the rotor. Because there is no slip and hence no heat, the work is the gain
+    of kinetic energy.
     """
     rolls = False
     for site in w.sites:
@@ -272,7 +272,7 @@ def _work_of_jump(w: Workspace, Omega: float) -> float:
 
 @kernel
 def _prepare(structure: Structure, parameters: Array, inputs: Array, scratch: Scratch) -> int:
-    """Compute everything independent of state and magnets; return the number of all degrees of freedom."""
+    """Compute everything that does not depend on state or magnets; return the total number of degrees of freedom."""
     cache = scratch.step_cache
     if not is_valid(cache, structure, parameters, inputs):
         p, u = parameters_of(parameters, structure), inputs_of(inputs, structure)
@@ -312,7 +312,7 @@ def model_for(planes: Planes) -> Model:
 
 
 def _stable(planes: Planes) -> str:
-    """Return the advice that comes first for a rotor with modes faster than most substeps."""
+    """Return the advice to give before any other for a rotor whose modes are faster than most substeps."""
     if planes.max_substep >= Planes.max_substep:
         return ""
     return (

@@ -1,1 +1,1 @@
-"""Sites at which a journal can touch: geometry, forces and impacts, housings and races."""
+"""Sites at which a journal can touch: their geometry, forces, impacts, housings and races."""

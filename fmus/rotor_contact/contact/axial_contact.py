@@ -1,8 +1,8 @@
-"""Motion along the shaft against faces, in phases of linear motion that end where a seat is met or left.
+"""Motion along the shaft against faces, in phases of linear motion; a phase ends when a face meets or leaves its seat.
 
-In a phase, a pressed ring acts as a spring and a damper, linearised about the middle of the phase; the motion is (2) of
-`axial_motion`, with the sums over the faces. The rotor leaves a seat where its force would pull; the ring then relaxes,
-and its stored energy becomes heat.
+In a phase, a pressed ring acts as a spring and a damper, linearised about the middle of the phase. The motion is then
+(2) of `axial_motion`, with the springs and dampers of all pressed faces added. The rotor leaves a seat when the force
+of the seat would begin to pull; the ring then relaxes, and its stored energy becomes heat.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ def move_onto_faces(
     faces: FaceRecords,
     t: float,
 ) -> float:
-    """Move a rotor along its shaft over a time t (s), as `move_along` does; return the work of all other forces (J).
+    """Move a rotor along its shaft for a time t (s), like `move_along`; return the work (J) of all other forces.
 
-    The faces collect their force, its impulse and peak, and the heat of their compression.
+    Each face collects its force, the impulse and the peak of this force, and the heat of its compression.
     """
     for face in faces:
         face.part_impulse = face.part_depth = face.part_way = face.part_time = face.loss = 0.0
@@ -61,7 +61,7 @@ def move_onto_faces(
 def _pass_phase(
     mass: float, force: float, gradient: float, motion: np.record, faces: FaceRecords, left: float, events: bool
 ) -> float:
-    """Advance by a phase of at most `left` (s), which ends where a seat is met or left; return its length."""
+    """Advance by a phase of at most `left` (s), which ends when a face meets or leaves its seat; return its length."""
     z: float = motion.z
     speed: float = motion.speed
     length = left
@@ -119,7 +119,7 @@ def _longest(face: Face, mass: float, z: float, speed: float) -> float:
 
 @kernel
 def _linearise(face: Face, z: float, speed: float, length: float) -> None:
-    """Set spring and damper of a pressed face for a phase of this length (s), linear about the middle of its path."""
+    """Linearise the spring and damper of a pressed face about the middle of its path in a phase of this length (s)."""
     delta: float = penetration(face, z)
     stiffness: float = face.stiffness
     damping: float = face.damping
@@ -132,7 +132,7 @@ def _linearise(face: Face, z: float, speed: float, length: float) -> None:
 
 @kernel
 def _force(face: Face, z: float, speed: float) -> float:
-    """Return the force (N) of a seat on a ring that touches; negative where it would pull."""
+    """Return the force (N) of a seat on a ring that touches it; a negative force would pull."""
     delta = penetration(face, z)
     half = half_of_contact(delta, face.lean)
     rate = math.sin(half) * face.lean_rate - half * face.side * speed
@@ -142,7 +142,7 @@ def _force(face: Face, z: float, speed: float) -> float:
 
 @kernel
 def _turning(a: float, w: float, speed: float, longest: float) -> float:
-    """Return the time (s) until free motion turns back, if that is within `longest`."""
+    """Return the time (s) until free motion reverses, or `longest` if it does not reverse earlier."""
     rate, S, _, _ = responses(w, 0.0, longest)
     if speed * (speed * rate + a * S) >= 0.0:
         return longest
@@ -159,7 +159,7 @@ def _turning(a: float, w: float, speed: float, longest: float) -> float:
 
 @kernel
 def _stays(faces: FaceRecords, mass: float, z: float, speed: float, a: float, w: float) -> bool:
-    """Return whether the vibration on a single seat is too small for the face to leave it or to lift on one side."""
+    """Return whether the vibration on a single seat is too small for the face to leave the seat or lift on one side."""
     pressed = -1
     for k in range(faces.shape[0]):
         if faces[k].is_pressed != 0.0:
@@ -178,7 +178,7 @@ def _stays(faces: FaceRecords, mass: float, z: float, speed: float, a: float, w:
 
 @kernel
 def _changes(face: Face, z: float, speed: float, a: float, w: float, c: float, t: float) -> bool:
-    """Return whether the face meets, or leaves, its seat at the time t (s) of a phase."""
+    """Return whether the face has met or left its seat at the time t (s) of a phase."""
     if face.enabled == 0.0:
         return False
     rate, S, C_2, _ = responses(w, c, t)
@@ -191,7 +191,7 @@ def _changes(face: Face, z: float, speed: float, a: float, w: float, c: float, t
 
 @kernel
 def _instant(face: Face, z: float, speed: float, a: float, w: float, c: float, length: float) -> float:
-    """Return the time (s) in a phase at which the face meets, or leaves, its seat."""
+    """Return the time (s) in a phase at which the face meets or leaves its seat."""
     low, high = 0.0, length
     for _ in range(N_HALVINGS):
         middle = 0.5 * (low + high)
@@ -215,7 +215,7 @@ def _collect(
     new_speed: float,
     sum_of_way: float,
 ) -> None:
-    """Collect time, depth, travel, impulse and largest force of a pressed face in a phase."""
+    """Collect the time, depth, travel, impulse and largest force of a pressed face in a phase."""
     face.part_time += length
     face.part_depth += penetration(face, z) * length - face.side * sum_of_way
     face.part_way -= face.side * way

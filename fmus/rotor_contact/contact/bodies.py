@@ -1,13 +1,13 @@
-"""Bodies other than the shaft: retainer housings on their mounts, races in them, and the rotor's spin.
+"""Bodies other than the shaft: retainer housings on their mounts, the races in these housings, and the rotor's spin.
 
-docs/theory/retainers.md states the equations of motion; omega_0 there is `RACE_SPEED_SCALE`. T is the friction force on
-the rotor, positive if forward. Unbalance couples a free spin to the shaft by p, so that
+docs/theory/retainers.md states the equations of motion; its omega_0 is `RACE_SPEED_SCALE`. T is the friction force on
+the rotor, positive if forward. Unbalance couples a free spin to the shaft through p, so that
 
     (J - p . M^-1 p) Omega' = M_drive - c_s Omega - p . a
 
-where a is the shaft's acceleration at constant speed; damping that rotates with the shaft adds its torque. Mass matrix
-and energy include the coupling; the effect of gravity and base motion on the unbalance itself is neglected. A body
-exists if its mass or inertia is set.
+where a is the shaft's acceleration at constant speed. Damping that rotates with the shaft adds its torque. The mass
+matrix and the energy include the coupling; the effect of gravity and base motion on the unbalance itself is neglected.
+A body exists if its mass or inertia is set.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ Spin = np.record
 
 @kernel
 def place_bodies(parameters: Parameters, inputs: Inputs, sites: Sites, spin: Spin, n: int) -> int:
-    """Assign degrees of freedom to the bodies after the n of the shaft; return the total number.
+    """Assign degrees of freedom to the bodies, after the n degrees of freedom of the shaft; return the total number.
 
     Housings come first, x and y in turn, then races, then the spin.
     """
@@ -83,14 +83,14 @@ def place_bodies(parameters: Parameters, inputs: Inputs, sites: Sites, spin: Spi
 
 @kernel
 def race_drag(site: Site, speed: float) -> float:
-    """Return the drag (N m) against a race that turns with `speed` (rad/s)."""
+    """Return the drag torque (N m) against the rotation of a race at `speed` (rad/s)."""
     drag: float = site.race_drag * math.tanh(speed / RACE_SPEED_SCALE) + site.race_viscous_drag * speed
     return drag
 
 
 @kernel
 def drag_slope(site: Site, speed: float) -> float:
-    """Return a bound on the slope (N m s) of the drag on a race near `speed` (rad/s)."""
+    """Return a bound (N m s) on the slope of the drag on a race near `speed` (rad/s)."""
     slope: float = site.race_viscous_drag
     if abs(speed) < CONSTANT_BEYOND * RACE_SPEED_SCALE:
         slope += site.race_drag / RACE_SPEED_SCALE
@@ -106,7 +106,7 @@ def drive_torque(spin: Spin, Omega: float) -> float:
 
 @kernel
 def drive_slope(spin: Spin) -> float:
-    """Return the slope (N m s) of drive and drag with respect to the speed; a drive with the limit 0 is off."""
+    """Return the slope (N m s) of drive and drag torque over the speed; a drive whose torque limit is 0 is off."""
     slope: float = spin.drag + (spin.gain if spin.torque_limit > 0.0 else 0.0)
     return slope
 
@@ -115,7 +115,7 @@ def drive_slope(spin: Spin) -> float:
 def is_beyond_limit(spin: Spin, Omega: float) -> bool:
     """Return whether a drive would have to exceed its torque limit to follow its demand.
 
-    An ideal drive must hold the speed against the drag. A drive with the limit 0 is off.
+    An ideal drive must hold the speed against the drag. A drive whose torque limit is 0 is off.
     """
     torque = spin.drag * Omega if spin.row < 0 else spin.torque + spin.gain * (spin.demanded - Omega)
     return bool(spin.torque_limit > 0.0 and abs(torque) > spin.torque_limit)
@@ -123,7 +123,7 @@ def is_beyond_limit(spin: Spin, Omega: float) -> bool:
 
 @kernel
 def drive_limit(spin: Spin) -> float:
-    """Return the length (s) of a substep that resolves drive and drag; requires an up-to-date coupling."""
+    """Return a substep length (s) that resolves drive and drag; the coupling must be up to date."""
     return RESOLUTION / max((spin.drag + spin.gain) * spin.scale * spin.scale, 1e-300)
 
 
@@ -157,7 +157,7 @@ def least_inertia(motion: Motion) -> float:
 
 @kernel
 def accelerate_bodies(w: Workspace, q: Array, v: Array, damping_torque: float, a: Array) -> None:
-    """Write the accelerations of the bodies without contact into `a`, and add the effect of the spin on the shaft.
+    """Write the contact-free accelerations of the bodies into `a`, and add the effect of the spin on the shaft.
 
     `damping_torque` is the torque of the shaft's damping on the spin (N m).
     """
@@ -196,7 +196,7 @@ def mount_heat(sites: Sites, spin: Spin, v: Array) -> float:
 
 @kernel
 def power_on_bodies(sites: Sites, spin: Spin, v: Array) -> float:
-    """Return the power (W) of the drive and, on housings, of the base's acceleration."""
+    """Return the power (W) of the drive, plus the power that the base's acceleration supplies to the housings."""
     power = 0.0
     for site in sites:
         if site.housing >= 0:
@@ -245,7 +245,7 @@ def coupling_energy(motion: Motion, spin: Spin, theta: float, v: Array) -> float
 
 @kernel
 def body_limit(sites: Sites, spin: Spin) -> float:
-    """Return the length (s) of a substep that resolves mounts, races and drive; requires an up-to-date coupling."""
+    """Return a substep length (s) that resolves mounts, races and drive; the coupling must be up to date."""
     fastest = 1e-300
     for site in sites:
         if site.housing >= 0:

@@ -1,4 +1,4 @@
-"""Compliant contact: sites under a force law of `contact_laws`, for comparison with the constraint.
+"""Compliant contact: sites that follow a force law of `contact_laws`, for comparison with the constraint.
 
 Friction creeps instead of sticking; see `friction.compliant_friction`.
 """
@@ -42,7 +42,7 @@ def is_any_compliant(sites: Sites) -> bool:
 
 @kernel
 def normal_force(site: Site, delta: float, rate: float) -> float:
-    """Return N (N) of the site's law at penetration `delta` >= 0 (m) and its `rate` (m/s)."""
+    """Return the normal force N (N) of the site's law at penetration `delta` >= 0 (m), changing at `rate` (m/s)."""
     return max(compliant_response(site, delta, rate).force, 0.0)
 
 
@@ -54,9 +54,9 @@ def _penetration(site: Site) -> float:
 
 @kernel
 def reversed_push(site: Site, v: Array) -> float:
-    """Return -`Response.push` (N) times its sign when contact was last resolved; positive once N has passed its kink.
+    """Return -`Response.push` (N) times the sign that it had when contact was last resolved.
 
-    The radius of the journal must be up to date.
+    The result is positive once N has passed its kink. The radius of the journal must be up to date.
     """
     return -float(site.push_sign) * push(site, v)
 
@@ -75,7 +75,7 @@ def stored_energy(site: Site, delta: float) -> float:
 
 @kernel
 def compression_heat(site: Site, v: Array) -> float:
-    """Return the dissipation (W) of the normal force of a compliant contact, which must be up to date."""
+    """Return the power (W) that the normal force of a compliant contact dissipates; this force must be up to date."""
     rate = radial_component(site, v)
     heat: float = (site.f_n - compliant_response(site, _penetration(site), rate).elastic) * rate
     return heat
@@ -99,7 +99,7 @@ def apply_compliant(w: Workspace, z: Array, Omega: float, a: Array) -> None:
 
 @kernel
 def compliant_limit(Minv: Array, sites: Sites, v: Array, Omega: float, longest: float) -> float:
-    """Return the length (s) of a substep that resolves all compliant contacts, at most `longest`."""
+    """Return a substep length (s), at most `longest`, that resolves all compliant contacts."""
     limit = longest
     for site in sites:
         if is_compliant(site):

@@ -6,12 +6,12 @@ Every site has two unknowns, N_k and T_k, and two equations in every mode (4.27 
     sliding    n_k . a_k = -|v_k|^2 / r_k        T_k + mu_k sign_k N_k = 0
     rolling    n_k . a_k = -|v_k|^2 / r_k        t_k . a_k = -R_s Omega'
 
-r_k, v_k and a_k are displacement, velocity and acceleration of the journal relative to its retainer; the accelerations
-of a race and of a free spin belong to the left side of the last equation. The equation of N_k in contact is (4.15)
-divided by 2 r_k; the equation of T_k in rolling is (4.33). Free sites are omitted, and T_k of a sliding site is
-substituted, so the unknowns are N_k of the constrained sites and T_k of the rolling sites. The same equations, with
-other right-hand sides, give impulses (`impact`) and corrections (`project`). Compliant contacts (`compliant`) do not
-need these equations. For n, t and their signs see `site`.
+r_k, v_k and a_k are the displacement, velocity and acceleration of the journal relative to its retainer. The
+accelerations of a race and of a free spin belong on the left-hand side of the last equation. The equation of N_k in
+contact is (4.15) divided by 2 r_k, and the equation of T_k in rolling is (4.33). Free sites are omitted, and T_k of a
+sliding site is substituted, so the unknowns are N_k of the constrained sites and T_k of the rolling sites. The same
+equations, with other right-hand sides, give impulses (`impact`) and corrections (`project`). Compliant contacts
+(`compliant`) do not need these equations. See `site` for n, t and their signs.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ MAX_UNKNOWNS = 2  # of a site
 
 @kernel
 def is_any_constrained(sites: Sites) -> bool:
-    """Return whether a rigid site is closed."""
+    """Return whether any rigid site is closed."""
     for site in sites:
         if is_constrained(site):
             return True
@@ -47,7 +47,7 @@ def is_any_constrained(sites: Sites) -> bool:
 
 @kernel
 def number_unknowns(sites: Sites) -> int:
-    """Assign indices of unknowns to N, and to T of the sites that roll; return the number of unknowns."""
+    """Assign an index to each unknown, N of every constrained site and T of every rolling site; return their number."""
     count = 0
     for site in sites:
         if is_constrained(site):
@@ -58,11 +58,11 @@ def number_unknowns(sites: Sites) -> int:
 
 @kernel
 def write_equations(w: Workspace, friction: float) -> int:
-    """Write the left-hand sides for the constrained sites in their modes; return the number of equations.
+    """Write the left-hand sides of the equations for the constrained sites in their modes; return their number.
 
-    Right-hand sides are set to zero. Row and column `site.unknown` belong to N_k, the next to T_k if the site rolls; a
-    column holds the response M^-1 (-n) or M^-1 t; the response to N_k of a sliding site includes its friction, M^-1
-    (-n - mu sign t). `friction` is 1, or 0 to leave sliding friction out.
+    Right-hand sides are set to zero. Row and column `site.unknown` belong to N_k, and the next row and column to T_k if
+    the site rolls. A column contains the response to its unknown, M^-1 (-n) or M^-1 t. The response to N_k of a sliding
+    site includes the friction of this site: M^-1 (-n - mu sign t). `friction` is 1, or 0 to omit sliding friction.
     """
     size = number_unknowns(w.sites)
     Minv, sites = w.Minv, w.sites
@@ -127,7 +127,7 @@ def _add_bodies(w: Workspace, friction: float) -> None:
 
 @kernel
 def multipliers(site: Site, equations: Equations, friction: float) -> tuple[float, float]:
-    """Return N_k and T_k of a constrained site from the solved equations; `friction` as for `write_equations`."""
+    """Return N_k and T_k of a constrained site from the solved equations; for `friction` see `write_equations`."""
     normal = equations.right_side[site.unknown]
     if site.mode == ROLLING:
         return normal, equations.right_side[site.unknown + 1]
@@ -136,9 +136,9 @@ def multipliers(site: Site, equations: Equations, friction: float) -> tuple[floa
 
 @kernel
 def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> bool:
-    """Solve for the multipliers of the constrained sites and add their effect to `a`; return False if singular.
+    """Solve for the multipliers of the constrained sites and add their effect to `a`; return False if this fails.
 
-    Arguments are displacements (m), velocities (m/s), spin speed (rad/s) and accelerations `a` (m/s^2).
+    The arguments are the displacements (m), velocities (m/s), spin speed (rad/s) and accelerations `a` (m/s^2).
     """
     if not is_any_constrained(w.sites):
         return True
@@ -152,9 +152,9 @@ def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> b
 
 @kernel
 def find_multipliers(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> bool:
-    """Solve for f_n and f_t of the constrained sites from the contact-free acceleration `a`; return False if singular.
+    """Solve for f_n and f_t of constrained sites from the contact-free acceleration `a`; return False if this fails.
 
-    Arguments as for `apply_contact`; only the entries of `a` that belong to sites are read.
+    The arguments are those of `apply_contact`; only the entries of `a` that belong to sites are read.
     """
     for site in w.sites:
         if is_constrained(site):
@@ -178,7 +178,7 @@ def find_multipliers(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -
 
 @kernel
 def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
-    """Project constrained sites onto the circle and the velocity constraint, by the smallest mass-weighted change.
+    """Project constrained sites onto the circle and onto the velocity constraint by the smallest mass-weighted change.
 
     This prevents drift of the integrated constraint (4.14). Friction is not involved.
     """
@@ -197,7 +197,7 @@ def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
 
 @kernel
 def put_on_circles(w: Workspace, q: Array) -> bool:
-    """Project constrained sites onto the circle by the smallest mass-weighted change; return False if singular.
+    """Project constrained sites onto the circle by the smallest mass-weighted change; return False if this fails.
 
     One Newton step suffices, because it squares the error left by a substep.
     """
@@ -210,7 +210,7 @@ def put_on_circles(w: Workspace, q: Array) -> bool:
 
 @kernel
 def _write_corrections(w: Workspace, q: Array) -> int:
-    """Write the left-hand sides of corrections, without friction, at q; return the number of equations."""
+    """Write the left-hand sides of the equations for corrections at q, without friction; return their number."""
     for site in w.sites:
         if is_constrained(site):
             locate_journal(site, q)

@@ -1,8 +1,8 @@
-"""Forces of faces on the shaft, its spin, and the retainers on which it lands, and the heat of the faces.
+"""Forces of the faces on the shaft, on its spin and on the retainers on which it lands, and the heat of the faces.
 
-Over a part of a step, the force of the seat follows from the motion along the shaft, and the torque of friction from
-the state at the beginning of the part; this torque cannot end the slip before the end of the part. The centre of
-pressure and the friction across the shaft follow the lateral motion.
+Over a part of a step, the force of the seat follows from the motion along the shaft. The torque of friction follows
+from the state at the beginning of the part; it is limited, so that it does not end the slip before the end of the part.
+The centre of pressure and the friction across the shaft follow the lateral motion.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ OF_CREEP = 0.5  # the same of the creep under friction, which only has to decay
 
 
 class FaceMotion(NamedTuple):
-    """Lean of the shaft at a face (rad) and its rate (rad/s); velocity (m/s) and spin (rad/s) relative to its seat."""
+    """Lean (rad) of the shaft at a face, and its rate (rad/s); velocity (m/s) and spin (rad/s) relative to the seat."""
 
     u_x: float
     u_y: float
@@ -46,7 +46,7 @@ class FaceMotion(NamedTuple):
 
 
 class FaceForces(NamedTuple):
-    """Forces (N) and moments (N m) of a seat on the shaft, and heat flows (W) of friction and of compression by lean.
+    """Forces (N) and moments (N m) of a seat on the shaft, and heat flows (W) due to friction and to the lean.
 
     They are means over a part of a step; the torque on the spin is `Face.torque`.
     """
@@ -81,7 +81,7 @@ def _is_any_pressing(w: Workspace) -> bool:
 
 @kernel
 def torque_on_race(w: Workspace, k: int) -> float:
-    """Return the torque (N m) of faces on the race of site k."""
+    """Return the torque (N m) that faces exert on the race of site k."""
     torque = 0.0
     if w.faces.shape[0] == 0:
         return torque
@@ -93,7 +93,7 @@ def torque_on_race(w: Workspace, k: int) -> float:
 
 @kernel
 def torque_on_spin(w: Workspace) -> float:
-    """Return the torque (N m) of faces on the rotor."""
+    """Return the torque (N m) that faces exert on the rotor."""
     torque = 0.0
     if w.faces.shape[0] == 0:
         return torque
@@ -131,7 +131,7 @@ def face_motion(w: Workspace, k: int, q: Array, v: Array, Omega: float) -> FaceM
 
 @kernel
 def housing_below(w: Workspace, face: Face) -> int:
-    """Return the row of x of the housing that carries the friction of a face, or -1."""
+    """Return the row of the x coordinate of the housing that carries a face's friction, or -1 if there is none."""
     if face.site >= 0.0 and face.on_mount != 0.0:
         return int(w.sites[int(face.site)].housing)
     return -1
@@ -139,7 +139,7 @@ def housing_below(w: Workspace, face: Face) -> int:
 
 @kernel
 def relative_motion(w: Workspace, k: int, v: Array, Omega: float) -> tuple[float, float, float]:
-    """Return velocity x, y (m/s) and spin (rad/s) of face k relative to its seat."""
+    """Return the velocities in x and y (m/s) and the spin (rad/s) of face k relative to its seat."""
     m = w.Minv.shape[0]
     records, rows = faces_of(w.faces, m)
     face = records[k]
@@ -159,7 +159,7 @@ def relative_motion(w: Workspace, k: int, v: Array, Omega: float) -> tuple[float
 
 @kernel
 def lean_of(w: Workspace, k: int, q: Array) -> tuple[float, float]:
-    """Return the lean x', y' (rad) of the shaft at face k, or its rate (rad/s) if z contains velocities."""
+    """Return the lean x', y' (rad) of the shaft at face k, or its rate (rad/s) if `q` contains velocities."""
     m = w.Minv.shape[0]
     rows = faces_of(w.faces, m).rows
     return dot(rows[8 * k + 2], q[:m]), dot(rows[8 * k + 3], q[:m])
@@ -167,7 +167,7 @@ def lean_of(w: Workspace, k: int, q: Array) -> tuple[float, float]:
 
 @noinline_kernel
 def set_leans(w: Workspace, z: Array, t: float) -> None:
-    """Set lean and rise of all faces in the middle of a part of length t (s) that begins at z."""
+    """Set the lean and rise of all faces to their values in the middle of a part of length t (s) that begins at z."""
     n, records = w.n, faces_of(w.faces, w.Minv.shape[0]).records
     for k in range(records.shape[0]):
         u_x, u_y = lean_of(w, k, z[:n])
@@ -181,7 +181,7 @@ def set_leans(w: Workspace, z: Array, t: float) -> None:
 
 @kernel
 def set_lean(face: Face, u_x: float, u_y: float) -> None:
-    """Set the lean (m) of a face and its rise (m) from the lean of the shaft (rad)."""
+    """Set the lean (m) and the rise (m) of a face from the lean (rad) of the shaft."""
     face.lean = face.radius * math.hypot(u_x - face.seat_tilt_x, u_y - face.seat_tilt_y)
     if face.lean < LEAST_LEAN * face.clearance:
         face.lean = 0.0
@@ -190,7 +190,7 @@ def set_lean(face: Face, u_x: float, u_y: float) -> None:
 
 @noinline_kernel
 def set_torques(w: Workspace, z: Array, Omega: float, t: float) -> None:
-    """Set the torque of all pressed faces over a part of length t (s) that begins at z."""
+    """Set the torques of all pressed faces for a part of length t (s) that begins at z."""
     n, records, spin = w.n, faces_of(w.faces, w.Minv.shape[0]).records, w.spin[0]
     for k in range(records.shape[0]):
         face = records[k]
@@ -258,7 +258,7 @@ def _apply(w: Workspace, q: Array, v: Array, Omega: float, a: Array, m: int) -> 
 
 @noinline_kernel
 def add_accelerations(w: Workspace, z: Array, Omega: float, a: Array) -> None:
-    """Add the accelerations of the shaft due to the seats that push at z."""
+    """Add the accelerations of the shaft at z that are due to the pushing seats."""
     m = w.Minv.shape[0]
     records, rows = faces_of(w.faces, m)
     for k in range(records.shape[0]):
@@ -270,7 +270,7 @@ def add_accelerations(w: Workspace, z: Array, Omega: float, a: Array) -> None:
 
 @inlined_kernel
 def write_face_rates(w: Workspace, Omega: float, dz: Array) -> None:
-    """Add heat and work of the faces to the rates `dz` of all integrals."""
+    """Add the heat and work of the faces to `dz`, the rates of all integrals."""
     if w.faces.shape[0] > 0:
         records, rates = faces_of(w.faces, w.Minv.shape[0]).records, energy_integrals(dz, w.n)
         for k in range(records.shape[0]):
@@ -286,7 +286,7 @@ def write_face_rates(w: Workspace, Omega: float, dz: Array) -> None:
 
 @noinline_kernel
 def collect_losses(w: Workspace) -> None:
-    """Add the heat of compression along the shaft in a part to the integrals of z."""
+    """Add the heat that compression along the shaft has caused in a part to the integrals in z."""
     z, records = stages_of(w.stages).z, faces_of(w.faces, w.Minv.shape[0]).records
     for k in range(records.shape[0]):
         loss = records[k].loss
@@ -298,7 +298,7 @@ def collect_losses(w: Workspace) -> None:
 
 @noinline_kernel
 def face_limit(w: Workspace, v: Array, Omega: float, longest: float) -> float:
-    """Return the length (s) of a substep that resolves all pressed faces, at most `longest`."""
+    """Return a substep length (s), at most `longest`, that resolves all pressed faces."""
     limit, records = longest, faces_of(w.faces, w.Minv.shape[0]).records
     for k in range(records.shape[0]):
         face = records[k]
@@ -320,7 +320,7 @@ def face_limit(w: Workspace, v: Array, Omega: float, longest: float) -> float:
 
 @kernel
 def stored_at_face(w: Workspace, k: int, q: Array, z: float) -> float:
-    """Return the energy (J) that face k of a rotor at z (m) stores."""
+    """Return the energy (J) that is stored in face k when the rotor is at z (m)."""
     face = faces_of(w.faces, w.Minv.shape[0]).records[k]
     if face.is_pressed == 0.0:
         return 0.0
@@ -334,7 +334,7 @@ def stored_at_face(w: Workspace, k: int, q: Array, z: float) -> float:
 def write_face(
     w: Workspace, k: int, q: Array, v: Array, z: float, speed: float, heat: float, step_size: float, y: np.record
 ) -> None:
-    """Write the outputs of face k of a rotor at z (m) with this speed (m/s); means are over `step_size` (s)."""
+    """Write the outputs of face k for a rotor at z (m) with this axial speed (m/s); means are over `step_size` (s)."""
     face = faces_of(w.faces, w.Minv.shape[0]).records[k]
     u_x, u_y = lean_of(w, k, q)
     rate_x, rate_y = lean_of(w, k, v)

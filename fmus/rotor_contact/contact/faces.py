@@ -2,26 +2,27 @@
 
             ^ z        ring of radius R, stiffness k and damping d per area of the whole ring, seat below it
             |          delta    penetration, the mean of the ring
-       _____|_____     u        lean of the shaft there, dx/dz + i dy/dz; u_s that of the seat's axis
+       _____|_____     u        lean of the shaft there, dx/dz + i dy/dz; u_s is the lean of the seat's axis
       |_____|_____|    n        1 if the seat pushes the rotor to larger z, else -1
      ///////////////   N        force of the seat, a mean over a part of the step; it acts at the centre of pressure c
 
-With a = R |u - u_s|, the part of the ring that touches lies within the angle p of the deepest point, cos p = -delta/a;
-for delta > a the whole ring touches. Its springs and dampers give, with the rate a' of n R (u - u_s) along the lean and
-across it,
+With a = R |u - u_s|, the part of the ring that touches lies within the angle p of the deepest point, where cos p =
+-delta/a. If delta > a, the whole ring touches. The rate a' of n R (u - u_s) has the components a'_1 along the lean and
+a'_2 across it. With this rate, the springs and dampers of the ring give
 
     N     = k/pi (delta p + a sin p) + d/pi (delta' p + a'_1 sin p)                                        (1)
     N c/R = k/pi (delta sin p + a (p/2 + sin(2 p)/4)) + d/pi (delta' sin p + a'_1 (p/2 + sin(2 p)/4))
             along n (u - u_s), and d/pi a'_2 (p/2 - sin(2 p)/4) across it
 
-The seat exerts the moment -n N c on the shaft's lean, which holds the shaft upright, and -n N h u, since the seat
-pushes at a height h above the centre of mass. With the velocity v of the face and the spin omega relative to its seat,
-the friction of a ring under uniform pressure is, with rho = |v|/(|omega| R), m = 4 rho/(1 + rho)^2,
+The seat exerts two moments on the shaft's lean. The moment -n N c holds the shaft upright; the moment -n N h u arises
+because the seat pushes at a height h above the centre of mass. If the face has the velocity v and the spin omega
+relative to its seat, the friction of a ring under uniform pressure is, with rho = |v|/(|omega| R) and m = 4 rho/(1 +
+rho)^2,
 
     f = -mu N F v/|v|,    T = -mu N R (D - rho F) sgn(omega),    F = dD/drho,    D = 2 (1 + rho) E(m)/pi   (2)
 
-and the share |c|/R of it acts at the point of the rim nearest to c, along that point's own slip; this drives whirl.
-Below `LEAST_SLIP` friction creeps.
+The share |c|/R of the friction acts at the point of the rim nearest to c instead, against the slip of that point; this
+share drives whirl. At slip velocities below `LEAST_SLIP`, friction creeps.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ Face = np.record
 
 
 class Faces(NamedTuple):
-    """The faces on a shaft with n degrees of freedom: their records, and rows as in `Structure`."""
+    """The faces on a shaft with n degrees of freedom: their records, and their rows (see `Structure`)."""
 
     records: FaceRecords
     rows: Array
@@ -99,21 +100,21 @@ class Faces(NamedTuple):
 
 @views
 def faces_size(n_faces: int, n: int) -> int:
-    """Return the number of float64 of faces on a shaft with n degrees of freedom, an even number."""
+    """Return how many float64 values the faces on a shaft with n degrees of freedom occupy; the number is even."""
     size = n_faces * (N_FACE + ROWS_OF_FACE * n)
     return size + size % 2
 
 
 @views
 def faces_of(faces: Array, n: int) -> Faces:
-    """Return views into an array of `faces_size`."""
+    """Return views into an array of `faces_size` values."""
     n_faces = faces.shape[0] // (N_FACE + ROWS_OF_FACE * n)
     return Faces(part(faces, 0, FACE, n_faces), part(faces, n_faces * N_FACE, REAL, (ROWS_OF_FACE * n_faces, n)))
 
 
 @noinline_kernel
 def place_faces(structure: Structure, parameters: Array, faces: Array) -> None:
-    """Fill the records and rows of all faces; `parameters` are numbers, one row for each face."""
+    """Fill the records and rows of all faces; `parameters` is an array of numbers with one row per face."""
     n, n_faces = structure.K.shape[0], structure.n_faces
     places = part(structure.faces, 0, FACE_PLACE, n_faces)
     numbers, (records, rows) = part(faces, 0, REAL, (n_faces, N_FACE)), faces_of(faces, n)
@@ -130,10 +131,10 @@ def place_faces(structure: Structure, parameters: Array, faces: Array) -> None:
 
 @kernel
 def damping_of(restitution: float, stiffness: float, mass: float) -> float:
-    """Return the damping (N s/m) with which a mass (kg) on a spring (N/m) rebounds with this coefficient.
+    """Return the damping (N s/m) with which a mass (kg) on a spring (N/m) rebounds with this restitution.
 
-    The mass leaves where the force would pull. With the damping ratio zeta = cos(a),  -ln(e)/2 = a cot(a);  beyond
-    critical damping the functions are hyperbolic.
+    The mass leaves the spring when the force would begin to pull. With the damping ratio zeta = cos(a), -ln(e)/2 = a
+    cot(a); beyond critical damping the functions are hyperbolic.
     """
     wanted, low, high = -0.5 * math.log(restitution), 0.0, 1.0
     while _loss(high) < wanted:
@@ -162,14 +163,14 @@ def _loss(zeta: float) -> float:
 
 @kernel
 def penetration(face: Face, z: float) -> float:
-    """Return delta (m) of a rotor at z (m), with the present rise."""
+    """Return the penetration delta (m) for a rotor at z (m) with the present rise."""
     depth: float = -face.side * (z - face.rise) - face.clearance
     return depth
 
 
 @kernel
 def half_of_contact(delta: float, lean: float) -> float:
-    """Return half the angle (rad) of the ring that touches, at a penetration and a lean (m)."""
+    """Return half the angle (rad) over which the ring touches, at a penetration (m) and a lean (m)."""
     if delta >= lean:
         return math.pi
     if delta <= -lean:
@@ -179,14 +180,14 @@ def half_of_contact(delta: float, lean: float) -> float:
 
 @kernel
 def spring_force(face: Face, delta: float, half: float) -> float:
-    """Return the force (N) of the ring's springs in (1)."""
+    """Return the part of the force (1) that the ring's springs exert (N)."""
     force: float = face.stiffness / math.pi * (delta * half + face.lean * math.sin(half))
     return force
 
 
 @kernel
 def stored_in_face(face: Face, delta: float, lean: float) -> float:
-    """Return the energy (J) of the ring's spring, k/(4 pi) times the integral of the square of the penetration."""
+    """Return the energy (J) of the ring's spring: k/(4 pi) times the integral of the squared penetration."""
     half = half_of_contact(delta, lean)
     square = delta * delta * half + 2.0 * delta * lean * math.sin(half)
     square += lean * lean * (0.5 * half + 0.25 * math.sin(2.0 * half))
@@ -196,9 +197,10 @@ def stored_in_face(face: Face, delta: float, lean: float) -> float:
 
 @kernel
 def pressure(face: Face, u_x: float, u_y: float, rate_x: float, rate_y: float) -> tuple[float, float, float]:
-    """Return N c/R (N) in x and y at a lean u (rad) and its rate (rad/s), and the heat flow (W) of the dampers.
+    """Return N c/R (N) in x and y for a lean u (rad) and its rate (rad/s), and the heat flow (W) of the dampers.
 
-    Depth and its rate are means over the time of a part in which the seat pushes; the heat is due to the lean.
+    The depth and its rate are means over the time in which the seat pushes during a part. The heat flow is only the
+    share that is due to the lean.
     """
     R, k, d = face.side * face.radius, face.stiffness / math.pi, face.damping / math.pi
     a_x, a_y, b_x, b_y = R * (u_x - face.seat_tilt_x), R * (u_y - face.seat_tilt_y), R * rate_x, R * rate_y
@@ -219,14 +221,14 @@ def pressure(face: Face, u_x: float, u_y: float, rate_x: float, rate_y: float) -
 
 @kernel
 def eccentricity(force: float, p_x: float, p_y: float) -> tuple[float, float]:
-    """Return c/R (1) from N and N c/R (N); it lies within the ring."""
+    """Return c/R (1) from N and N c/R (N), limited to points within the ring."""
     largest = max(force, math.hypot(p_x, p_y))
     return (p_x / largest, p_y / largest) if largest > 0.0 else (0.0, 0.0)
 
 
 @kernel
 def friction_of_ring(rho: float) -> tuple[float, float]:
-    """Return F and D - rho F of (2): force over mu N, and torque over mu N R; they are exchanged at 1/rho."""
+    """Return F and D - rho F of (2), which are force/(mu N) and torque/(mu N R); at 1/rho they are exchanged."""
     if rho > 1.0:
         torque, force = _friction_below_one(1.0 / rho)
         return force, torque
@@ -258,9 +260,9 @@ def _friction_below_one(rho: float) -> tuple[float, float]:
 def friction(
     face: Face, force: float, e_x: float, e_y: float, v_x: float, v_y: float, omega: float
 ) -> tuple[float, float, float]:
-    """Return f_x, f_y (N) and T (N m) on the rotor: (2), and the share that acts at the rim.
+    """Return f_x, f_y (N) and T (N m) on the rotor: by (2), except for the share that acts at the rim.
 
-    `e_x`, `e_y` is c/R, the velocity (m/s) and the spin (rad/s) are relative to the seat.
+    `e_x` and `e_y` are the components of c/R; the velocity (m/s) and the spin (rad/s) are relative to the seat.
     """
     R, share, speed = face.radius, math.hypot(e_x, e_y), math.hypot(v_x, v_y)
     around = omega * R

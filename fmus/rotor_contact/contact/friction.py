@@ -4,13 +4,14 @@
     rolling    |T| <= mu_s N,  mu_s = max(mu, mu_static)   (4.30 to 4.35)
     compliant  T = -mu(v) N tanh(v/v_r)                    contact under a force law, without sticking
 
-N and T are forces, or impulses of an impact. The coefficient of sliding is constant, mu(v) = mu (Coulomb), or falls
-with the slip velocity over v_S = `stribeck_velocity` > 0 (Stribeck; thesis Fig. 1.1(d) without its viscous part):
+N and T are forces, or impulses of an impact. The coefficient of sliding friction is constant, mu(v) = mu (Coulomb), or
+falls with the slip velocity on the scale v_S = `stribeck_velocity` > 0 (Stribeck; thesis Fig. 1.1(d) without its
+viscous part):
 
     mu(v) = mu + (mu_s - mu) exp(-(v/v_S)^2)
 
 This is the Gaussian form of Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083-1138; unlike
-exp(-|v|/v_S) it is smooth where the slip vanishes. The contact equations stay linear in N for any law, because mu is
+exp(-|v|/v_S), it is smooth where the slip vanishes. The contact equations stay linear in N for any law, because mu is
 evaluated at the slip velocity `site.slip` of the present state (in an impact, of the state before it).
 """
 
@@ -51,7 +52,7 @@ def has_friction(site: Site) -> bool:
 
 @kernel
 def friction_ratio(site: Site, scale: float) -> float:
-    """Return T/N of a sliding site, 0 for a rolling one, whose T is an unknown; `scale` 0 removes friction."""
+    """Return T/N of a sliding site, or 0 for a rolling site, whose T is an unknown; a `scale` of 0 removes friction."""
     if site.mode == ROLLING:
         return 0.0
     ratio: float = -scale * kinetic_coefficient(site, site.slip) * site.slip_sign
@@ -67,7 +68,7 @@ def friction_limit(site: Site, normal: float) -> float:
 
 @kernel
 def friction_excess(site: Site, normal: float, friction: float) -> float:
-    """Return |T| - mu_s N of forces (N) or impulses (N s); positive if a rolling site can no longer stick."""
+    """Return |T| - mu_s N of forces (N) or impulses (N s); it is positive if a rolling site can no longer stick."""
     excess: float = abs(friction) - friction_limit(site, normal)
     return excess
 
@@ -80,7 +81,7 @@ def exceeds_static_impulse(site: Site) -> bool:
 
 @kernel
 def reversed_slip(site: Site, slip: float) -> float:
-    """Return the velocity (m/s) of a sliding site in the direction of its friction; positive once slip has reversed."""
+    """Return a sliding site's velocity (m/s) in the direction of its friction; it is positive once slip reverses."""
     velocity: float = -site.slip_sign * slip
     return velocity
 
@@ -94,7 +95,7 @@ def close_in_sliding(site: Site, v: Array, Omega: float) -> None:
 
 @kernel
 def start_sliding(site: Site, friction: float) -> None:
-    """Let a rolling site slide; `friction` (forward positive) keeps its direction."""
+    """Let a rolling site slide; its friction keeps the direction of `friction`, which is positive if forward."""
     site.mode = SLIDING
     site.slip_sign = -1.0 if friction > 0.0 else 1.0
 
@@ -108,7 +109,7 @@ def compliant_friction(site: Site, normal: float, slip: float) -> float:
 
 @kernel
 def compliant_friction_damping(site: Site, slip: float) -> float:
-    """Return a bound (N s/m) of the slope of compliant friction over the slip velocity."""
+    """Return a bound (N s/m) on the slope of compliant friction with respect to the slip velocity."""
     damping = 0.0
     if abs(slip) < 3.0 * SLIP_SCALE:
         damping = kinetic_coefficient(site, slip) * site.f_n / SLIP_SCALE

@@ -17,7 +17,7 @@ from rotor_contact.contact.site import Site
 
 @kernel
 def advance_temperature(site: Site, state: np.record, heat: float, ambient: float, step_size: float) -> None:
-    """Update the temperature (K) in the `state` of a site after a step of `step_size` (s) with `heat` (J)."""
+    """Update the temperature (K) in the `state` of a site after a step of `step_size` (s) that produced `heat` (J)."""
     if site.heat_capacity == 0.0:
         return
     exponent = site.heat_transfer * step_size / site.heat_capacity

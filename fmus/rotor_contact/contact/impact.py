@@ -1,4 +1,4 @@
-"""Impacts: change of velocity when journals touch their retainers (thesis 4.22, 4.23, and Newton's law)."""
+"""Impacts: changes of velocity when journals touch their retainers (thesis 4.22, 4.23, and Newton's law)."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from rotor_contact.variables.enumerations import FREE, ROLLING, SLIDING
 
 @kernel
 def mark_touching(sites: Sites, q: Array, v: Array) -> bool:
-    """Mark free sites that have reached their retainer and move outward; return whether there are any."""
+    """Mark free sites whose journal has reached its retainer and moves outward; return whether there are any."""
     any_reached = False
     for site in sites:
         site.touching = 0
@@ -55,9 +55,9 @@ def mark_touching(sites: Sites, q: Array, v: Array) -> bool:
 def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
     """Set only the radial velocity of each touching node to zero (4.22, 4.23), and let it slide.
 
-    This is the rule of the thesis, for fixed retainers. It does not conserve momentum: the rest of the rotor keeps its
-    velocity. The reported impulse is the one that Newton's law gives for the same velocity change, without rebound and
-    friction.
+    This is the rule of the thesis, for fixed retainers. It does not conserve momentum, because the rest of the rotor
+    keeps its velocity. The reported impulse is the one that Newton's law gives for the same velocity change, without
+    rebound or friction.
     """
     stages = stages_of(w.stages)
     before = stages.before[: v.shape[0]]
@@ -130,7 +130,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
 
 @kernel
 def _heat(site: Site, v: Array, before: Array, Omega: float) -> float:
-    """Return the energy (J) that the site's impulses turn into heat, by the mean of the velocities before and after."""
+    """Return the energy (J) that a site's impulses turn into heat, from the mean velocity before and after."""
     approach = 0.5 * (radial_component(site, before) + radial_component(site, v))
     slip = 0.5 * (slip_velocity(site, before, Omega) + slip_velocity(site, v, Omega))
     heat: float = site.p_n * approach - site.p_t * slip
@@ -141,7 +141,7 @@ def _heat(site: Site, v: Array, before: Array, Omega: float) -> float:
 def _find_impulses(w: Workspace, v: Array, before: Array, Omega: float, friction: float) -> bool:
     """Find a consistent set of impulses p_n, p_t; return False if none exists.
 
-    `friction` is 1, or 0 to leave restitution and sliding friction out.
+    `friction` is 1, or 0 to omit restitution and sliding friction.
     """
     for _ in range(4 * w.sites.shape[0] + 2):
         size = write_equations(w, friction)
@@ -189,7 +189,7 @@ def _adjust_friction(sites: Sites, v: Array, Omega: float) -> bool:
 
 @kernel
 def _close_again(sites: Sites, v: Array, Omega: float) -> bool:
-    """Close an omitted site that approaches after others have changed; return whether there was one."""
+    """Close an omitted site whose journal approaches after other sites have changed; return whether there was one."""
     for site in sites:
         if site.mode == FREE and site.mode_before != FREE and radial_component(site, v) > 1e-9:
             close_in_sliding(site, v, Omega)

@@ -1,14 +1,15 @@
-"""The path of a journal between two states: the cubic through both ends with their velocities.
+"""The path of a journal between two states: the cubic that matches the positions and velocities at both ends.
 
-Its error is the fourth derivative times dt^4/384, which is a few nanometres over usual steps.
+Its error is the fourth derivative of the motion times dt^4/384, which is a few nanometres for usual steps.
 
-With its Bezier points b_0 to b_3, the square of its radius is a polynomial of degree 6 with the Bezier points
+If the path has the Bezier points b_0 to b_3, the square of its radius is a polynomial of degree 6 with the Bezier
+points
 
     b_0.b_0,  b_0.b_1,  (2 b_0.b_2 + 3 b_1.b_1)/5,  (b_0.b_3 + 9 b_1.b_2)/10,
     (2 b_1.b_3 + 3 b_2.b_2)/5,  b_2.b_3,  b_3.b_3
 
-and none of its values exceeds the largest of these. This detects a path that leaves the circle tangentially, whose own
-Bezier points lie on the tangent, outside the circle.
+and none of its values exceeds the largest of these. This test also recognises a path that leaves the circle
+tangentially, although such a path has Bezier points on the tangent, outside the circle.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ class Point(NamedTuple):
 
 @kernel
 def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: float) -> bool:
-    """Return whether the path at a site keeps a distance of `margin` times the clearance from its retainer.
+    """Return whether the path of a site's journal stays `margin` times the clearance away from its retainer.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: 
     dt
         Time between them (s).
     n, margin
-        Degrees of freedom, and a fraction of the clearance.
+        Number of degrees of freedom, and a fraction of the clearance.
     """
     return keeps_distance(site, point_of(site, z, n), point_of(site, z_new, n), dt, margin)
 
@@ -68,14 +69,14 @@ def keeps_distance(site: Site, begin: Point, end: Point, dt: float, margin: floa
 
 @kernel
 def point_of(site: Site, z: Array, n: int) -> Point:
-    """Return the position of a journal in a fixed retainer in a state; arguments as for `stays_within`."""
+    """Return the position of a journal in a fixed retainer for a given state (see `stays_within` for arguments)."""
     row = site.row
     return Point(z[row] - site.offset_x, z[row + 1] - site.offset_y, z[n + row], z[n + row + 1])
 
 
 @kernel
 def journal_of(site: Site, z: Array, n: int) -> Point:
-    """Return the position of a journal in its retainer, whose housing may move; arguments as for `stays_within`."""
+    """Return the position of a journal in its retainer, whose housing may move (see `stays_within` for arguments)."""
     at, row = point_of(site, z, n), site.housing
     if row >= 0:
         return Point(at.x - z[row], at.y - z[row + 1], at.v_x - z[n + row], at.v_y - z[n + row + 1])
@@ -84,10 +85,10 @@ def journal_of(site: Site, z: Array, n: int) -> Point:
 
 @kernel
 def leaves_or_stays_within(site: Site, begin: Point, end: Point, dt: float, margin: float) -> bool:
-    """Return whether a path stays within its retainer, or moves away from it from the beginning.
+    """Return whether a path stays within its retainer, or starts on it and immediately moves away from it.
 
-    The Bezier points of the squared radius after the third must keep the fraction `margin` of the clearance; the first
-    three may lie on the circle.
+    The first three Bezier points of the squared radius may lie on the circle; the others must stay inside it by the
+    fraction `margin` of the clearance.
     """
     third = dt * (1.0 / 3.0)
     x_1, y_1 = begin.x + third * begin.v_x, begin.y + third * begin.v_y
@@ -106,15 +107,15 @@ def leaves_or_stays_within(site: Site, begin: Point, end: Point, dt: float, marg
 
 @kernel
 def touch_time(site: Site, z: Array, z_new: Array, dt: float, n: int) -> float:
-    """Return the time (s) at which a path that ends outside its retainer crosses it; arguments: see `stays_within`."""
+    """Return the time (s) at which a path that ends outside its retainer crosses it (arguments: see `stays_within`)."""
     return _crossing(site.clearance, point_of(site, z, n), point_of(site, z_new, n), dt, N_BISECTIONS)[1] * dt
 
 
 @kernel
 def share_before_touch(site: Site, begin: Point, end: Point, dt: float) -> float:
-    """Return the share of the time `dt` (s) before the path between two points leaves the retainer.
+    """Return the share of the time `dt` (s) that passes before the path between two points leaves the retainer.
 
-    The result is 0 if the path is outside at the beginning, or at neither end.
+    The result is 0 if the path begins outside the retainer, or if neither of its ends is outside.
     """
     square = site.clearance * site.clearance
     if not (end.x * end.x + end.y * end.y > square and begin.x * begin.x + begin.y * begin.y < square):
@@ -124,7 +125,7 @@ def share_before_touch(site: Site, begin: Point, end: Point, dt: float) -> float
 
 @kernel
 def _crossing(clearance: float, begin: Point, end: Point, dt: float, n_bisections: int) -> tuple[float, float]:
-    """Return the shares of the time `dt` (s) between which a path that ends beyond a clearance (m) crosses it."""
+    """Return two shares of the time `dt` (s) between which a path that ends beyond a clearance (m) crosses it."""
     low, high = 0.0, 1.0
     for _ in range(n_bisections):
         s = 0.5 * (low + high)

@@ -1,7 +1,8 @@
-"""Response of shaft and bodies to a contact: M^-1 J^T for the forces along n and t, for all degrees of freedom.
+"""Response of the shaft and the bodies to a contact: M^-1 J^T for forces along n and t, in all degrees of freedom.
 
-The journal receives -N n + T t, its housing the opposite force, its race the torque -T (R_s + c), a free spin T R_s.
-With the coupling p of spin and shaft (`bodies`) a force f on the shaft and a torque r T on the spin cause
+The journal receives the force -N n + T t, its housing the opposite force, its race the torque -T (R_s + c), and a free
+spin the torque T R_s. With the coupling p of spin and shaft (`bodies`), a force f on the shaft and a torque r T on the
+spin cause
 
     q'' = M^-1 f + s g,    Omega' = -g/sqrt(d),    g = s . f - r T/sqrt(d),    s = M^-1 p/sqrt(d),  d = J - p . M^-1 p
 """
@@ -27,7 +28,7 @@ def set_spin_response(w: Workspace, site: Site) -> None:
 
 @inlined_kernel
 def add_contact_response(w: Workspace, site: Site, normal: float, friction: float, target: Array) -> None:
-    """Add the effect of -normal n + friction t to `target`: accelerations for forces (N), velocities for impulses."""
+    """Add the response to -normal n + friction t to `target`: accelerations for forces (N), velocities for impulses."""
     _add_response_of_shaft(w.Minv, site, normal, friction, target)
     if w.n > w.Minv.shape[0]:
         _add_response_of_bodies(w, site, normal, friction, target)
@@ -45,7 +46,7 @@ def _add_response_of_shaft(Minv: Array, site: Site, normal: float, friction: flo
 
 @kernel
 def _add_response_of_bodies(w: Workspace, site: Site, normal: float, friction: float, target: Array) -> None:
-    """Add the effect on housing, race and spin, and the effect of the spin on the shaft."""
+    """Add the effect of a contact on housing, race and spin, and the effect of the spin on the shaft."""
     if site.housing >= 0:
         target[site.housing] += site.mobility * (normal * site.n_x + friction * site.n_y)
         target[site.housing + 1] += site.mobility * (normal * site.n_y - friction * site.n_x)

@@ -6,8 +6,8 @@
               |  \\ ___ /      force on the rotor: -N n + T t, N >= 0
               +--------> x     v_slip = Omega R_s + t . v - omega_r (R_s + c)
 
-Displacement r and velocity v of the journal are relative to the retainer, which may move (`bodies`); omega_r is the
-speed of its race. Vectors cover all degrees of freedom: first those of the shaft, then those of the bodies.
+The displacement r and the velocity v of the journal are relative to the retainer, which may move (`bodies`); omega_r is
+the speed of its race. Vectors cover all degrees of freedom: first those of the shaft, then those of the bodies.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ Site = np.record
 
 @kernel
 def is_constrained(site: Site) -> bool:
-    """Return whether a site is in contact by the constraint."""
+    """Return whether a site is in contact and this contact is a constraint."""
     return site.mode != FREE and site.law == CONSTRAINT
 
 
@@ -129,8 +129,8 @@ def square_of_velocity(site: Site, v: Array) -> float:
 def slip_velocity(site: Site, v: Array, Omega: float) -> float:
     """Return v_slip (4.11), the velocity of the journal surface relative to the retainer (m/s).
 
-    `Omega` (rad/s) is the spin speed if prescribed; a free spin is in `v`. With accelerations, the function returns the
-    rate of v_slip in contact.
+    `Omega` (rad/s) is the spin speed if it is prescribed; a free spin is in `v`. If `v` contains accelerations, the
+    function returns the rate of v_slip in contact.
     """
     speed = Omega if site.spin < 0 else v[site.spin]
     slip: float = speed * site.journal_radius + tangential_component(site, v)

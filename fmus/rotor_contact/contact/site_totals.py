@@ -1,8 +1,8 @@
-"""A contact site over a communication step: peaks, impulses, heat and means, from substeps, pieces and impacts.
+"""Totals of a contact site in a step: peaks, impulses, heat and means, collected from substeps, pieces and impacts.
 
-An output that a step collects is declared in `site_variables`. In this module it has a field of `COLLECTED` or
-`SITE_INTEGRALS`, both of which start each step at zero, or of `SITE_STATE` if it grows from step to step. It also has
-lines in the functions of this sequence, to which a piece, a substep and an impact each contribute:
+An output that a step collects is declared in `site_variables`. In this module it has a field in `COLLECTED` or
+`SITE_INTEGRALS`, which start each step at zero, or in `SITE_STATE` if it grows from step to step. It also needs lines
+in the functions of the following sequence, to which pieces, substeps and impacts each contribute:
 
     begin_step -> (set_rates, collect_substep | collect_piece | collect_impact)* -> end_step -> average -> write_totals
 """
@@ -35,7 +35,7 @@ Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `matrix_sizes.NOD
 
 
 def places_of(fields: Fields, dtype: np.dtype[np.record]) -> tuple[int, int]:
-    """Return the positions, first and end, of adjacent fields among the numbers of a record."""
+    """Return the first and the end position of adjacent fields among the numbers of a record."""
     first = dict(dtype.fields or {})[fields[0][0]][1] // 8
     return first, first + size_of(record(*fields))
 
@@ -49,14 +49,14 @@ def begin_step(site: np.record, state: np.record) -> None:
 
 @kernel
 def set_rates(site: np.record, heat: float, rate: np.record) -> None:
-    """Write the rates of the site's integrals, with the heat flow of friction, drag and compression (W)."""
+    """Write the rates of the site's integrals; `heat` is the heat flow (W) of friction, drag and compression."""
     rate.heat = heat
     rate.f_n = site.f_n if site.mode != FREE else 0.0
 
 
 @kernel
 def collect_substep(site: np.record, begin: np.record, second: np.record, third: np.record, end: np.record) -> None:
-    """Collect a substep from its rates at the stages; the largest normal force is the maximum of a parabola.
+    """Collect a substep from its rates at the stages; a parabola through them gives the largest normal force.
 
     At the midpoint, the mean of the two stages is one order more accurate than either.
     """
@@ -65,7 +65,7 @@ def collect_substep(site: np.record, begin: np.record, second: np.record, third:
 
 @kernel
 def collect_piece(site: np.record, nodes: Nodes, h: float, of_site: np.record) -> float:
-    """Collect a piece of length h (s) of a constrained site; return its friction heat, -int T v_slip dt (J)."""
+    """Collect a piece of length h (s) at a constrained site; return its friction heat (J), -int T v_slip dt."""
     a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
     site.f_n_peak = max(site.f_n_peak, greatest_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n))
     heat = 0.0
@@ -86,7 +86,7 @@ def collect_impact(site: np.record, heat: float) -> None:
 
 @kernel
 def end_step(site: np.record, state: np.record, of_site: np.record) -> None:
-    """Store the results of a step in the state of a site; add the heat of impacts to the step's."""
+    """Store the results of a step in the state of a site; add the heat of impacts to the heat of the step."""
     state.mode = site.mode
     state.slip_sign = site.slip_sign
     of_site.heat += site.impact_heat
@@ -101,7 +101,7 @@ def average(site: np.record, of_site: np.record, step_size: float) -> None:
 
 @kernel
 def write_totals(site: np.record, y: np.record) -> None:
-    """Write the outputs that a step collects; the largest force includes the force at its end, which is in `y`."""
+    """Write the outputs that a step collects; the largest force includes the final force, which is in `y`."""
     y.f_n_peak = max(site.f_n_peak, y.f_n)
     y.f_n_mean = site.f_n_mean
     y.impulse = site.impulse

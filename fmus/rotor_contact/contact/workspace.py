@@ -1,4 +1,4 @@
-"""Data that the kernels of a step pass on."""
+"""Data that the kernels of a step pass to one another."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ N_STAGES = 9
 
 
 class Stages(NamedTuple):
-    """States z = (q, v, energy integrals, integrals of sites and faces) and derivatives of a substep.
+    """States z = (q, v, energy integrals, integrals of sites and faces) in a substep, and their derivatives.
 
-    Each has the shape (2 n + N_INTEGRALS + N_SITE_INTEGRALS n_sites + N_FACE_INTEGRALS n_faces,), where n is the number
-    of all degrees of freedom.
+    Each has the shape (2 n + N_INTEGRALS + N_SITE_INTEGRALS n_sites + N_FACE_INTEGRALS n_faces,), where n is the total
+    number of degrees of freedom.
 
     They are the rows of `Workspace.stages`.
 
@@ -55,11 +55,11 @@ class Workspace(NamedTuple):
     """Rotor, motion, contact sites, contact equations and integration stages of a step.
 
     n
-        Number of all degrees of freedom: those of the shaft, m in number, and of the bodies.
+        Total number of degrees of freedom: m of the shaft, and those of the bodies.
     forms
-        Mass and damping matrices of the shaft, see `Structure`, shape (3 m, m).
+        Mass and damping matrices of the shaft (see `Structure`), shape (3 m, m).
     Minv
-        Inverse of its mass matrix, shape (m, m).
+        Inverse of the shaft's mass matrix, shape (m, m).
     motion
         Coefficients of the shaft's motion without contact.
     spin
@@ -96,7 +96,7 @@ def stages_of(r: Array) -> Stages:
 
 @views
 def energy_integrals(z: Array, n: int) -> np.record:
-    """Return the energy integrals of a state or of its derivative with n degrees of freedom."""
+    """Return the energy integrals in a state with n degrees of freedom, or in its derivative."""
     integrals: np.record = part(z, 2 * n, ENERGY_INTEGRALS, 1)[0]
     return integrals
 

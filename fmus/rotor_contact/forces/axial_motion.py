@@ -1,16 +1,16 @@
 """Motion of the rotor along its shaft, as a rigid body, under forces that are constant or proportional to z in a step.
 
-With mass m, force f of the bearing at z_ref and its gradient k, another force p, gravity g at the tilt b and the
-acceleration a of the base, relative to which the rotor moves,
+With the mass m, the force f of the bearing at z_ref and the gradient k of this force, another force p, gravity g at the
+tilt b, and the acceleration a of the base, relative to which z is measured,
 
     m z'' = f + k (z - z_ref) + p - m (g sin(b) + a)                              (1)
 
-With w = k/m, the acceleration a at the beginning, and a damping c over the mass, which faces add, the motion after a
+With w = k/m, the acceleration a at the beginning, and the ratio c of the faces' damping to the mass, the motion after a
 time t is
 
     z(t) = z + v S + a C_2,    v(t) = v S' + a S,    S'' + c S' - w S = 0,  S(0) = 0,  S'(0) = 1         (2)
 
-where C_2 is the integral of S: a gradient k > 0 pushes the rotor away, as a magnet does. The work of all forces is the
+where C_2 is the integral of S. A gradient k > 0 pushes the rotor away, as a magnet does. The work of all forces is the
 work of the initial force, plus half the gradient times the square of the distance. Neither bearings nor mass couple z
 to the lateral motion, so z is not a row of that motion.
 """
@@ -33,7 +33,7 @@ N_TERMS = 19
 def force_along(mass: float, gravity: float, parameters: np.record, inputs: np.record, z: float) -> float:
     """Return the force (N) of (1) on a rotor of this mass (kg) at z (m).
 
-    `gravity` is in m/s^2; records of types `AXIAL_PARAMETERS` and `AXIAL_INPUTS`.
+    `gravity` is in m/s^2; `parameters` and `inputs` are records of the types `AXIAL_PARAMETERS` and `AXIAL_INPUTS`.
     """
     weight = mass * (gravity * math.sin(parameters.tilt) + inputs.base_acceleration)
     force: float = inputs.force + inputs.gradient * (z - inputs.reference) + inputs.f_process - weight
@@ -44,7 +44,7 @@ def force_along(mass: float, gravity: float, parameters: np.record, inputs: np.r
 def move_along(
     mass: float, gravity: float, parameters: np.record, inputs: np.record, motion: np.record, t: float
 ) -> float:
-    """Move a rotor along its shaft over a time t (s); return the work of all forces (J). `motion` is an `AXIAL`."""
+    """Move a rotor with an `AXIAL` motion along its shaft for a time t (s); return the work (J) of all forces."""
     gradient: float = inputs.gradient
     force = force_along(mass, gravity, parameters, inputs, motion.z)
     z, speed = moved_along(motion.z, motion.speed, force / mass, gradient / mass, t)
@@ -56,7 +56,7 @@ def move_along(
 
 @kernel
 def moved_along(z: float, speed: float, acceleration: float, w: float, t: float) -> tuple[float, float]:
-    """Return z (m) and its velocity (m/s) after a time t (s), by (2); `w` (1/s^2) is the gradient over the mass."""
+    """Return z (m) and its velocity (m/s) after a time t (s), by (2); `w` (1/s^2) is gradient/mass."""
     rate, S, C_2, _ = responses(w, 0.0, t)
     return z + speed * S + acceleration * C_2, speed * rate + acceleration * S
 

@@ -1,7 +1,7 @@
-"""Acceleration of the shaft without contact; everything constant over a step is collected once.
+"""Acceleration of the shaft without contact; everything that is constant over a step is collected once per step.
 
-docs/theory/rotor.md states the equation of motion, with rotating damping. The work of the rotating damping comes from
-the spin: above a critical speed its force R J q drives the rotor into forward whirl.
+docs/theory/rotor.md states the equation of motion, with rotating damping. The spin supplies the work of the rotating
+damping: above a critical speed, the force R J q of this damping drives the rotor into forward whirl.
 """
 
 from __future__ import annotations
@@ -65,19 +65,19 @@ class Motion(NamedTuple):
     """Coefficients of q'' = steady + A cosine + B sine - K q - C q' during one step (see `Excitation`).
 
     rows
-        Shape (N_ROWS + 2 n, n); `coefficients`, `accelerations`, `forces` and `spin_coupling` are views into it. A
-        single array, because all kernels of a step pass this tuple on, at a cost per array.
+        Shape (N_ROWS + 2 n, n); `coefficients`, `accelerations`, `forces` and `spin_coupling` are views into it. They
+        share one array because all kernels of a step pass this tuple on, and each array would add to the cost.
     bearings
         Records of type `BEARING`.
     over_speed
-        The coefficients' dependence on the speed within the step, see `Structure`, shape (2 n, n).
+        The coefficients' dependence on the speed within the step (see `Structure`), shape (2 n, n).
     is_damped
         Whether the shaft has material damping, or there are seals.
     seals
         See `Structure`.
     theta, Omega, Omega_dot
-        Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, spin acceleration (rad/s^2); 0 if the
-        spin is a degree of freedom.
+        Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, and the spin acceleration (rad/s^2),
+        which is 0 if the spin is a degree of freedom.
     """
 
     rows: Array
@@ -122,7 +122,7 @@ def spin_coupling(motion: Motion) -> SpinCoupling:
 def motion_of(
     structure: Structure, rows: Array, bearings: Bearings, theta: float, Omega: float, Omega_dot: float
 ) -> Motion:
-    """Return a motion in the memory `rows` and `bearings`; `theta` to `Omega_dot` are the values at the beginning."""
+    """Return a motion that uses the memory `rows` and `bearings`; `theta` to `Omega_dot` are its initial values."""
     return Motion(rows, bearings, structure.over_speed, structure.is_damped, structure.seals, theta, Omega, Omega_dot)
 
 
@@ -143,7 +143,7 @@ def motion_at(motion: Motion, theta: float, Omega: float) -> Motion:
 
 @kernel
 def set_bearings(parameters: Parameters, motion: Motion) -> None:
-    """Set the passive bearings of a motion, and magnets without force."""
+    """Set the passive bearings of a motion, with magnets that exert no force."""
     given = forces(motion)
     copy(given.without_magnets, given.steady)
     for k in range(motion.bearings.shape[0]):
@@ -204,7 +204,7 @@ def unbalance_direction(theta: float, Omega: float, Omega_dot: float) -> complex
 def free_acceleration(motion: Motion, speed_gain: float, unbalance: complex, q: Array, v: Array, a: Array) -> None:
     """Write the shaft's acceleration without contact into the first n of `a` (m/s^2).
 
-    `speed_gain` is the change of the spin speed (rad/s) since the beginning of the step, `unbalance` is the present
+    `speed_gain` is the change of the spin speed (rad/s) since the beginning of the step, and `unbalance` is the present
     `unbalance_direction`.
     """
     n = motion.rows.shape[1]
@@ -226,7 +226,8 @@ def free_acceleration(motion: Motion, speed_gain: float, unbalance: complex, q: 
 def input_power(motion: Motion, unbalance: complex, q: Array, v: Array) -> float:
     """Return the power (W) of all input forces on the shaft, without passive bearings.
 
-    `unbalance` is its direction, or 0 if its work does not count as work of the inputs.
+    `unbalance` is the direction of the unbalance, or 0 if the work of the unbalance does not count as work of the
+    inputs.
     """
     power = 0.0
     A, B = unbalance.real, unbalance.imag
@@ -255,7 +256,7 @@ def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float
     """Return the dissipation (W) of the shaft's damping and its torque (N m) on the spin.
 
     With the velocity relative to the rotating shaft, w = v - Omega J q: heat = v . C v + w . R w, torque = (J q) . R w.
-    C and R are symmetric, so rows are read instead of columns, with eight sums at once.
+    Because C and R are symmetric, their rows are read instead of their columns, and eight sums are computed at once.
     """
     n = forms.shape[1]
     heat = quadratic_form(forms[n : 2 * n], v) if is_damped_to_ground(forms) else 0.0
@@ -290,7 +291,7 @@ def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float
 
 @kernel
 def is_damped_to_ground(forms: Array) -> bool:
-    """Return whether there is any non-rotating damping; C is not negative, so its diagonal decides."""
+    """Return whether there is any non-rotating damping; C is positive semidefinite, so its diagonal decides."""
     n = forms.shape[1]
     for i in range(n):
         if forms[n + i, i] != 0.0:

@@ -1,12 +1,13 @@
-"""Excitation of the rotor by base, weight, forces and unbalances, as amplitudes of unit forces.
+"""Excitation of the rotor by base motion, weight, forces and unbalances, as amplitudes of unit forces.
 
 Each input is a pair of amplitudes (a_x, a_y) of two unit forces b_x and b_y on the degrees of freedom. Steady inputs
-act as a_x b_x + a_y b_y. The unbalance u exp(i phi) (kg m) of a plane has a_x + i a_y = u exp(i phi), and its force
+act as a_x b_x + a_y b_y. The unbalance u exp(i phi) (kg m) of a plane has a_x + i a_y = u exp(i phi), and its force is
 
     f_x + i f_y = (A + i B) (a_x + i a_y),    A + i B = exp(i theta) (Omega^2 - i Omega')        (3.1 to 3.6)
 
-Order of the pairs: acceleration of the shaft (of the base, less gravity), acceleration of the housings (of the base),
-force on each disc, unbalance of each disc, unbalance of each bearing's core.
+The pairs have this order: the acceleration of the shaft (base acceleration minus gravity), the acceleration of the
+housings (base acceleration), the force on each disc, the unbalance of each disc, and the unbalance of each bearing's
+core.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ def _set_pair(amplitudes: Array, pair: int, x: float, y: float) -> bool:
 
 @kernel
 def unbalance_xy(unbalance: float, phase: float) -> tuple[float, float]:
-    """Return x and y of an unbalance (kg m) at a rotor angle of zero."""
+    """Return the x and y components (kg m) of an unbalance at a rotor angle of zero."""
     if unbalance == 0.0:
         return 0.0, 0.0
     return unbalance * math.cos(phase), unbalance * math.sin(phase)
@@ -76,10 +77,11 @@ def unbalance_xy(unbalance: float, phase: float) -> tuple[float, float]:
 
 @noinline_kernel
 def collect_forces(structure: Structure, amplitudes: Array, motion: Motion) -> None:
-    """Write the non-magnetic forces of a step with their accelerations, and the rows of the bearings, into a motion.
+    """Write into a motion the non-magnetic forces of a step, their accelerations, and the rows of the bearings.
 
-    The coefficients K, C and the accelerations due to magnets are written later. The pairs of the base contain
-    accelerations, which the inertia of the shaft resists; its weight acts like an acceleration against gravity.
+    The coefficients K and C and the accelerations due to magnets are written later. The pairs of the base contain
+    accelerations, which the inertia of the shaft resists; the shaft's weight acts like an acceleration of the base
+    against gravity.
     """
     n_bearings, pairs = motion.bearings.shape[0], amplitudes.shape[0] // 2
     given, caused = forces(motion), accelerations(motion)
@@ -107,7 +109,7 @@ def collect_forces(structure: Structure, amplitudes: Array, motion: Motion) -> N
 
 @kernel
 def component(structure: Structure, pair: int, axis: int, i: int) -> float:
-    """Return component i, for a degree of freedom of the shaft, of the unit force of an input along an axis."""
+    """Return component i (a degree of freedom of the shaft) of an input's unit force along an axis."""
     n_discs, force = structure.B_disc.shape[0] // 2, 0.0
     if pair == OF_SHAFT:
         force = structure.B_base[axis, i]

@@ -1,6 +1,6 @@
 """The passive parts of the bearings; `interface` declares their coefficients.
 
-    f = -(k_b q + c_b q'),   q = (x, y) of the shaft at it, f the force on it            (1)
+    f = -(k_b q + c_b q'),   q = (x, y) of the shaft there, f the force on the shaft    (1)
 
 The bearings store k_b |q|^2/2 and dissipate c_b |q'|^2.
 """
@@ -26,13 +26,13 @@ Bearings = np.ndarray[tuple[int], np.dtype[np.record]]
 
 @views
 def bearings_size(count: int) -> int:
-    """Return the number of float64, even, that `count` bearings occupy in an array."""
+    """Return how many float64 values `count` bearings occupy in an array; the number is even."""
     return (count * N_BEARING + 1) // 2 * 2
 
 
 @kernel
 def set_passive(bearing: np.record, source: np.record) -> None:
-    """Copy the coefficients of another bearing or of parameters to a bearing, and give it a magnet without force."""
+    """Set a bearing's coefficients from another bearing or from parameters, with a magnet that exerts no force."""
     bearing.k_b = source.k_b
     bearing.c_b = source.c_b
     bearing.gradient[0] = bearing.gradient[1] = 0.0
@@ -40,7 +40,7 @@ def set_passive(bearing: np.record, source: np.record) -> None:
 
 @kernel
 def same_passive(bearing: np.record, reference: np.record, tolerance: float) -> bool:
-    """Return whether coefficients equal the coefficients of a reference bearing within the relative `tolerance`."""
+    """Return whether coefficients equal those of a reference bearing within the relative `tolerance`."""
     return is_near(bearing.k_b, reference.k_b, tolerance) and is_near(bearing.c_b, reference.c_b, tolerance)
 
 
@@ -64,7 +64,7 @@ def add_bearings(Minv: Array, bearings: Bearings, with_magnets: bool, K: Array, 
 
 @kernel
 def passive_limit(Minv: Array, bearings: Bearings, longest: float) -> float:
-    """Return the length (s) of a substep that resolves all bearings with the adjacent mass, at most `longest`."""
+    """Return a substep length (s), at most `longest`, that resolves all bearings with the adjacent mass."""
     fastest = 0.0
     for bearing in bearings:
         mobility = Minv[bearing.row, bearing.row]
@@ -81,6 +81,6 @@ def heat_per_second(bearing: np.record, v_x: float, v_y: float) -> float:
 
 @kernel
 def stored_in_bearing(parameters: np.record, x: float, y: float) -> float:
-    """Return the strain energy (J) of a bearing whose shaft is at x and y (m), from its parameters."""
+    """Return the strain energy (J) of a bearing from its parameters when the shaft is at x and y (m) there."""
     energy: float = 0.5 * parameters.k_b * (x * x + y * y)
     return energy

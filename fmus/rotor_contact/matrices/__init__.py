@@ -1,1 +1,1 @@
-"""Matrices of the exact motion over a step, a half, a quarter and so on, and when they are built."""
+"""Matrices of the exact motion over a step, half a step, a quarter and so on, and the schedule of building them."""

@@ -2,10 +2,10 @@
 
     D(h) = int_0^h [v . C v + v . R (v - Omega J q)] dt = x . H x
 
-C holds the dampers of passive bearings, of mounts and of the shaft to the ground, and R the dampers that rotate with
-the shaft; seals are not included. Quadrature over a piece would miss modes that vibrate several times in it; H includes
-them. The H of the shortest piece follows from Lobatto's quadrature, and the others from doubling: with x' and x'' at
-the beginnings of both halves (`matrix_rows`)
+C contains the dampers of passive bearings and mounts and those between shaft and ground, and R the dampers that rotate
+with the shaft; seals are not included. Quadrature over a piece would miss modes that vibrate several times in it; H
+includes them. The H of the shortest piece follows from Lobatto's quadrature, and the H of longer pieces from doubling.
+With x' and x'' at the beginnings of the two halves (`matrix_rows`),
 
     D(2 T) = x' . H(T) x' + x'' . H(T) x''
 
@@ -70,7 +70,7 @@ def integrate_heat_row(
 
 @kernel
 def move_to(matrices: StepMatrices, slot: int, level: int, row: int, point: int, y: Array) -> None:
-    """Write (q, v) at a Lobatto point of a piece due to a unit of x."""
+    """Write (q, v) due to a unit of x at a Lobatto point of a piece."""
     P, inner = level_of(matrices, slot, level).P, inner_motion(matrices, slot, level)
     if point > 0:
         copy((P if point == N_LOBATTO - 1 else (inner.first if point == 1 else inner.second))[row], y)
@@ -84,7 +84,7 @@ def move_to(matrices: StepMatrices, slot: int, level: int, row: int, point: int,
 def add_point(
     matrices: StepMatrices, slot: int, level: int, row: int, point: int, applied: Array, target: Array
 ) -> None:
-    """Add a Lobatto point to a row of a form, with its symmetric matrix times the motion of this row."""
+    """Add a Lobatto point to a row of a form; `applied` is the form's symmetric matrix times the motion of the row."""
     P, inner = level_of(matrices, slot, level).P, inner_motion(matrices, slot, level)
     share = matrices.sizes[0].step_size * 0.5**level * LOBATTO_WEIGHTS[point]
     for s in range(row + 1):
@@ -100,7 +100,7 @@ def add_point(
 def _apply_dampers(
     structure: Structure, motion: Motion, sites: Sites, Omega: float, y: Array, damped: Array, room: Array
 ) -> None:
-    """Write the symmetric matrix of the power times y = (q, v) into `damped`."""
+    """Write the product of the power's symmetric matrix and y = (q, v) into `damped`."""
     n, m = y.shape[0] // 2, structure.K.shape[0]
     C, R = structure.forms[m : 2 * m], structure.forms[2 * m : 3 * m]
     q, v, x, of_x = y[:n], y[n:], room[:m], room[m : 2 * m]
@@ -138,7 +138,7 @@ def double_form_row(
     finer: Array,
     target: Array,
 ) -> None:
-    """Write a row of a form from the `finer` form of half its length; `second` is x'' due to a unit of x in it."""
+    """Write a row of a form from the `finer` form of half the length; `second` is x'' due to a unit of x in the row."""
     sizes, P = matrices.sizes[0], level_of(matrices, slot, level + 1).P
     n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
     forces, units = 2 * n + 4, rows_of_x(matrices)
@@ -201,7 +201,7 @@ def _multiply(H: Array, x: Array, y: Array) -> None:
 
 @noinline_kernel
 def energy_of_dampers(x: Array, low: Array, high: Array, share: float, isotropic: bool) -> float:
-    """Return x . H x (J), with H interpolated between two speeds; of an isotropic rotor, every second row is read."""
+    """Return x . H x (J), with H interpolated over the speed; for an isotropic rotor, every second row is read."""
     energy = 0.0
     if isotropic:
         for r in range(0, x.shape[0], 2):

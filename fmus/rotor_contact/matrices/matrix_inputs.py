@@ -1,16 +1,17 @@
-"""The rows and columns of the matrices that depend on the amplitudes of the inputs, from the rows for unit inputs.
+"""Rows and columns of the matrices that depend on the inputs' amplitudes, computed from the rows for unit inputs.
 
-With the amplitudes a of `excitation`, row c of x, one of (1, 0, A, B), combines the rows of unit inputs u,
+With the amplitudes a of `excitation`, row c of x, which is one of (1, 0, A, B), combines the rows of the unit inputs u,
 
     P_c = sum_u T_cu P_u,    T_1 = T_A = (a_x, a_y),    T_0 = T_B = (-a_y, a_x)                   (1)
 
-of steady inputs for 1 and 0, of unbalances for A and B, and likewise S; H is a quadratic form, H_cc = T H T^T. The
-columns of S that observe cosine . q and sine . q combine the observations U by the unit forces of each unbalance,
+where u are the steady inputs for 1 and 0, and the unbalances for A and B. S is combined likewise; H is a quadratic
+form, so H_cc = T H T^T. The columns of S that observe cosine . q and sine . q combine the observations U by the unit
+forces of each unbalance,
 
     cosine . q = sum a_x b_x . q + a_y b_y . q,    sine . q = sum a_x b_y . q - a_y b_x . q                    (2)
 
-A level is combined when it is used for the first time with the present amplitudes. Between speeds that are built, it is
-interpolated from those for which it is combined, since equations (1) and (2) are linear.
+A level is combined when it is used for the first time with the present amplitudes. Between built speeds, a level is
+interpolated from the speeds for which it is combined, because equations (1) and (2) are linear.
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ def note_derived(matrices: StepMatrices, which: int) -> None:
 
 @kernel
 def _share(matrices: StepMatrices, c: int, unit: int) -> float:
-    """Return T (1) of a row c and a unit input."""
+    """Return T of equation (1) for a row c and a unit input."""
     amplitudes, pair, axis = matrices.amplitudes, unit // 2, unit % 2
     if (c >= TURNS) != (pair >= unbalances_of(matrices)):
         return 0.0
@@ -182,7 +183,7 @@ def _combine_form(matrices: StepMatrices, H: Array) -> None:
 
 @kernel
 def _weight(same_row: bool, same_unit: bool) -> float:
-    """Return the weight of an element of H for unit inputs in an element for rows, doubled off the diagonal."""
+    """Return the weight of an H element for unit inputs in an H element for combined rows, doubled off the diagonal."""
     if same_row == same_unit:
         return 1.0
     return 0.5 if same_row else 2.0

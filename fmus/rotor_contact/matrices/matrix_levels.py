@@ -1,4 +1,4 @@
-"""Levels of the matrices; there are so many that the shortest piece is short enough for its Taylor series."""
+"""Levels of the matrices, as many as make the shortest piece short enough for its Taylor series."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
 
 @kernel
 def terms_for(reach: float) -> int:
-    """Return the number of terms of a series of motion; `reach` is its length times the highest rate of change."""
+    """Return how many terms a series of the motion needs; `reach` is its length times the highest rate of change."""
     n_terms, term = 0, 1.0
     while term > SMALLEST_TERM or n_terms < N_LOBATTO:
         n_terms += 1
@@ -89,7 +89,7 @@ def terms_for(reach: float) -> int:
 def begin_slot(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, index: float, Omega: float
 ) -> None:
-    """Assign a slot to a place, with no row built; write its K and C.
+    """Assign a slot to a position on the grid, with no row built; write its K and C.
 
     The matrices of a constant speed include the gradients of `StepMatrices.constant`. If the gradients are too large
     for a series over the shortest piece (`can_be_built`), no row will be built.
@@ -142,7 +142,7 @@ def _port_of(matrices: StepMatrices, row: int) -> int:
 
 @kernel
 def _is_isotropic(structure: Structure, motion: Motion, KC: Array) -> bool:
-    """Return whether the rotor is isotropic: whether y behaves like x turned by a right angle."""
+    """Return whether the rotor is isotropic, that is, whether y behaves like x turned by a right angle."""
     if not seals_are_isotropic(motion.seals):
         return False
     n, Minv = KC.shape[1], structure.Minv
@@ -164,7 +164,7 @@ def _is_isotropic(structure: Structure, motion: Motion, KC: Array) -> bool:
 
 @kernel
 def _are_turned(B_base: Array, B_disc: Array) -> bool:
-    """Return whether all unit forces along y equal those along x turned by a right angle."""
+    """Return whether all unit forces along y equal the unit forces along x turned by a right angle."""
     largest = unlike = 0.0
     for row in range(0, B_base.shape[0] + B_disc.shape[0], 2):
         b_x = B_base[row] if row < B_base.shape[0] else B_disc[row - B_base.shape[0]]
@@ -180,7 +180,7 @@ def _are_turned(B_base: Array, B_disc: Array) -> bool:
 
 @kernel
 def _fastest(KC: Array) -> float:
-    """Return a bound (1/s) of the rates of change, from the largest row sums."""
+    """Return a bound (1/s) on the rates of change, from the largest row sums."""
     n = KC.shape[1]
     elastic = viscous = 0.0
     for i in range(n):
@@ -196,7 +196,7 @@ def _fastest(KC: Array) -> float:
 def write_coefficients(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, slot: int, Omega: float
 ) -> None:
-    """Write K and C without magnets at a speed, including housings, as columns."""
+    """Write the columns of K and C at a speed, including the housings but not the magnets."""
     KC = coefficients_at(matrices, slot).columns
     n, m = KC.shape[1], structure.K.shape[0]
     KC[:, :] = 0.0

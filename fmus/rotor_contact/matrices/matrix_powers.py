@@ -2,10 +2,10 @@
 
     heat: int v . C_s v dt - W,    work: -int v . K_s' q dt - W,    W = int Omega M dt
 
-M = (J q) . R (v - Omega J q) is the torque of the damping R that rotates with the shaft, which thus supplies -W to the
-motion; C_s is the damping of the seals, K_s' the skew part of their stiffness. With the energy that dampers take
-(`matrix_dampers`), this heat covers all damping. The forms of the shortest piece follow from Lobatto's quadrature, and
-the others from doubling, as in that module.
+M = (J q) . R (v - Omega J q) is the torque of the damping R that rotates with the shaft; this damping thus supplies -W
+to the motion. C_s is the damping of the seals, and K_s' is the skew part of their stiffness. Together with the energy
+that the dampers take (`matrix_dampers`), this heat covers all damping. The forms of the shortest piece follow from
+Lobatto's quadrature, and the forms of longer pieces from doubling, as in `matrix_dampers`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from rotor_contact.shaft.structure import Structure
 
 @kernel
 def has_powers(matrices: StepMatrices, slot: int) -> bool:
-    """Return whether a slot contains these forms."""
+    """Return whether a slot contains the forms of this module."""
     return bool(slot >= FIRST_CONSTANT and matrices.powers.shape[0] > 0)
 
 
@@ -58,7 +58,7 @@ def integrate_power_rows(
 def double_power_rows(
     matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, second: Array, room: Array
 ) -> None:
-    """Write a row of the forms from the level of half its length; `second` is x'' due to a unit of x in this row."""
+    """Write a row of the forms from the level of half the length; `second` is x'' due to a unit of x in this row."""
     powers, finer = powers_of(matrices, slot, level), powers_of(matrices, slot, level + 1)
     double_form_row(matrices, slot, level, row, Omega, second, room, finer.heat, powers.heat[row])
     double_form_row(matrices, slot, level, row, Omega, second, room, finer.work, powers.work[row])
@@ -66,7 +66,7 @@ def double_power_rows(
 
 @kernel
 def _apply_rotating_damping(forms: Array, Omega: float, y: Array, target: Array, room: Array) -> None:
-    """Write the symmetric matrix of -Omega M times y = (q, v): J^T x has x_(i+1) at even i, and -x_(i-1) at odd i."""
+    """Write the symmetric matrix of -Omega M times y = (q, v); J^T x has x_(i+1) at even i and -x_(i-1) at odd i."""
     n, m = y.shape[0] // 2, forms.shape[1]
     R, q, v = forms[2 * m : 3 * m], y[:n], y[n:]
     x, of_x = room[:m], room[m : 2 * m]

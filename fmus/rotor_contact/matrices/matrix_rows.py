@@ -1,12 +1,12 @@
 """Rows of the matrices: the shortest level is found by Taylor series in time, the others by doubling.
 
-A piece of twice the length is two pieces in sequence. The cubic force over it is a cubic over either half, so
-with Y_i, the motion up to Lobatto point c_i of a piece of length T,
+A piece of twice the length is two pieces in sequence. A force that is a cubic over the piece is also a cubic over
+either half. Therefore, with Y_i, the motion up to Lobatto point c_i of a piece of length T,
 
     Y_i(2 T): x -> Y_i(T) (y, e, F'') with y = Y_i(T) (q, v, e, F'),  F'_j = F(c_j/2),  F''_j = F((c_i + c_j)/2)
 
-where F is the cubic over [0, 1] through the values, and e the unit inputs (`excitation`), of which the unbalances turn
-by Omega c_i T. P is Y_3.
+where F is the cubic over [0, 1] through the values, and e are the unit inputs (`excitation`), among which the
+unbalances turn by Omega c_i T. P is Y_3.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from rotor_contact.shaft.structure import ROWS_OF_FACE, Structure, row_of_face, 
 def build_slot(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, index: float, share: float
 ) -> None:
-    """Build the levels for a speed of the grid, in the slot `which`, until a share of their rows (0 to 1) is built."""
+    """Build the levels for a speed of the grid in the slot `which`, until a share (0 to 1) of their rows is built."""
     sizes, slot = matrices.sizes[0], matrices.slots[which]
     n, rows, Omega = int(sizes.n), int(sizes.n_rows), grid_speed(matrices, index)
     if slot.index != index:
@@ -113,7 +113,7 @@ def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> Non
 
 @kernel
 def _rotate_form(H: Array, row: int) -> None:
-    """Write the row for y of a form from the row for x."""
+    """Write the row of a form for y from its row for x."""
     H[row, row + 1] = 0.0
     rotate_row(H[row, : row + 2], H[row + 1])
 
@@ -145,9 +145,9 @@ def _unit_of(matrices: StepMatrices, row: int) -> int:
 def _add_force(
     structure: Structure, sites: Sites, matrices: StepMatrices, row: int, cosine: float, sine: float, a: Array
 ) -> None:
-    """Add to `a` the acceleration due to the force of a row of x, which is `cosine` times its initial value.
+    """Add to `a` the acceleration due to the force of a row of x; this force is `cosine` times its initial value.
 
-    An unbalance force has turned: the force a right angle ahead is added, times `sine`.
+    Because an unbalance force has turned, the force a right angle ahead is added, times `sine`.
     """
     sizes = matrices.sizes[0]
     n, m, unit = int(sizes.n), structure.K.shape[0], _unit_of(matrices, row)
@@ -204,7 +204,7 @@ def _write_acceleration(
 
 @kernel
 def _observe(structure: Structure, matrices: StepMatrices, x: Array, observed: Array, first: int, stride: int) -> None:
-    """Write displacements, velocities or accelerations x at port k to the columns from first + stride k."""
+    """Write the displacements, velocities or accelerations x at each port k to the columns from first + stride k."""
     for port in range(int(matrices.sizes[0].n_ports)):
         row, at = int(matrices.ports[port]), first + stride * port
         if row < 0:
@@ -216,7 +216,7 @@ def _observe(structure: Structure, matrices: StepMatrices, x: Array, observed: A
 
 @kernel
 def _observe_planes(structure: Structure, x: Array, observed: Array, at: int) -> None:
-    """Write b_x . x and b_y . x, with the unit forces of each unbalance, to the columns `at` of its plane."""
+    """Write b_x . x and b_y . x, for the unit forces of each unbalance, to the columns `at` of its plane."""
     n_discs, of_shaft = structure.B_disc.shape[0] // 2, x[: structure.K.shape[0]]
     for d in range(n_discs):
         for axis in range(2):

@@ -1,4 +1,4 @@
-"""When the matrices of a step are built: after several steps of the same rotor, around a slowly changing speed."""
+"""The schedule of building the matrices of a step: after several equal steps, around a slowly changing speed."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ STEPS_PER_SPEED = 16.0  # steps that are subtracted from the count for every spe
 def steps_with_matrices(
     motion: Motion, sites: Sites, step_size: float, key: MatricesKey, memory: np.record
 ) -> tuple[bool, float]:
-    """Return whether the key of the matrices is unchanged, and for how many steps, up to a few more than 32.
+    """Return whether the key of the matrices is unchanged, and for how many steps it has been (at most about 32).
 
-    `key` is updated. Each speed that must be built in between counts against `STEPS_PER_SPEED` steps, so fast speed
-    changes are integrated: building the matrices costs as much as about thirty steps.
+    `key` is updated. Each speed that must be built in between cancels `STEPS_PER_SPEED` of these steps. Fast speed
+    changes are therefore integrated, because building the matrices costs as much as about thirty steps.
     """
     same = is_near(step_size, key.step_size[0], STEP_TOLERANCE)
     if not same:
@@ -66,7 +66,8 @@ def steps_with_matrices(
 def count_of_steps(count: float, memory: np.record, largest: float) -> float:
     """Return the next count of equal steps, at most `largest`.
 
-    The first matrices of a run are built at once: without them, its start would be less accurate than the rest.
+    The first matrices of a run are built at once, because the start of the run would otherwise be less accurate than
+    the rest.
     """
     return min(count + 1.0, largest) if memory.has_matrices != 0.0 else float(STEPS_BEFORE_BUILD)
 
@@ -92,7 +93,7 @@ def _housing_is_unchanged(site: np.record, stored: np.record) -> bool:
 def update_matrices(
     structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices, share: float
 ) -> bool:
-    """Build the matrices around the motion's speed up to a share; return whether they can be used.
+    """Build a share of the matrices around the motion's speed; return whether they can be used.
 
     The next set is built while the speed approaches it.
     """
@@ -121,7 +122,7 @@ def update_matrices(
 
 @kernel
 def complete_speeds(matrices: StepMatrices, index: float) -> bool:
-    """Return whether levels exist for the speeds around a point of the grid, built or to be interpolated."""
+    """Return whether the levels for the speeds around a point of the grid are built or can be interpolated."""
     if math.isinf(index):
         return False
     low = float(math.floor(index))
@@ -130,7 +131,7 @@ def complete_speeds(matrices: StepMatrices, index: float) -> bool:
 
 @kernel
 def _complete(matrices: StepMatrices, index: float) -> bool:
-    """Return whether levels exist for a speed of the grid; between speeds that are built, assign a slot to it."""
+    """Return whether levels exist for a speed of the grid; assign a slot to it if it lies between built speeds."""
     if matrices.sizes[0].stride == 1.0 or index >= CONSTANT:
         return is_complete(matrices, slot_of(index), index)
     middle = middle_of(index)
@@ -146,7 +147,7 @@ def _complete(matrices: StepMatrices, index: float) -> bool:
 def _look_ahead(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, is_direct: bool, index: float
 ) -> None:
-    """Build more of the next speed in each step, the closer the present speed is to it."""
+    """Build the matrices of the next speed; the built share grows as the present speed approaches it."""
     if is_direct:
         low = float(math.floor(index))
         beyond = index - low - 0.5
@@ -171,7 +172,7 @@ def _build(
     number: float,
     share: float,
 ) -> None:
-    """Build up to a share, if necessary, the speed of this number on the grid, or among those `STRIDE` apart."""
+    """Build, if necessary, a share of the matrices for speed `number` of the grid, or of the speeds `STRIDE` apart."""
     which, index = (slot_of(number), number) if is_direct else (built_slot_of(number), STRIDE * number)
     if not is_complete(matrices, which, index):
         build_slot(structure, motion, sites, matrices, which, index, share)

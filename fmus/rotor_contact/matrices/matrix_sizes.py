@@ -1,4 +1,4 @@
-"""Sizes of the matrices of a step and of their parts in memory (`step_matrices`), in float64."""
+"""Sizes of the matrices of a step and of their parts in memory (`step_matrices`), as numbers of float64 values."""
 
 from __future__ import annotations
 
@@ -93,36 +93,36 @@ def all_rows(n: int, n_ports: int, inputs: int) -> int:
 def n_columns(n_ports: int) -> int:
     """Return the number of columns of S: accelerations, then q and v at later Lobatto points (`place_index`).
 
-    It is rounded up to a multiple of eight, which products process at once.
+    It is rounded up to a multiple of eight, because products process eight columns at once.
     """
     return ((1 + n_ports) * (2 + PORT_COLUMNS) + 7) // 8 * 8
 
 
 @views
 def place_index(n_ports: int, point: int, port: int) -> int:
-    """Return the first column of S with displacements at a Lobatto point after the first.
+    """Return the first column of S with a port's displacements at a Lobatto point after the first.
 
-    The columns of the unbalance, which count as port -1, precede the first port.
+    The columns of the unbalance, which count as port -1, precede those of the first port.
     """
     return 2 * (1 + n_ports) + PORT_COLUMNS * (1 + port) + 4 * (point - 1)
 
 
 @views
 def velocity_index(n_ports: int, point: int, port: int) -> int:
-    """Return the first column of S with velocities at a Lobatto point after the first."""
+    """Return the first column of S with a port's velocities at a Lobatto point after the first."""
     return place_index(n_ports, point, port) + 2
 
 
 @views
 def level_size(n: int, n_ports: int, n_bearings: int, inputs: int) -> int:
-    """Return the number of float64 in a level, an even number."""
+    """Return how many float64 values a level occupies; the number is even."""
     rows, unbalances = all_rows(n, n_ports, inputs), inputs - first_unbalance(inputs, n_bearings)
     return rows * (2 * n + n_columns(n_ports) + rows + PLANE_COLUMNS * unbalances)
 
 
 @views
 def slot_size(n: int, n_ports: int, n_bearings: int, inputs: int) -> int:
-    """Return the number of float64 in a slot: K and C, levels, and the motion up to the inner Lobatto points, twice."""
+    """Return how many float64 values a slot occupies: K, C, levels, and P to the inner Lobatto points of two levels."""
     levels = MAX_LEVELS * level_size(n, n_ports, n_bearings, inputs)
     return 2 * n * n + levels + 4 * all_rows(n, n_ports, inputs) * 2 * n
 
@@ -141,19 +141,19 @@ def most_equations(n_sites: int, n_faces: int) -> int:
 
 @views
 def matrices_key_size(n_bearings: int, n_sites: int) -> int:
-    """Return the number of float64 in a `MatricesKey`, an even number."""
+    """Return how many float64 values a `MatricesKey` occupies; the number is even."""
     return 2 + bearings_size(n_bearings) + N_SITE_KEY * n_sites
 
 
 @views
 def series_size(n: int) -> int:
-    """Return the number of float64 in the series of a piece."""
+    """Return how many float64 values the series of a piece occupies."""
     return (MAX_TERMS + 2) * 2 * n
 
 
 @views
 def pieces_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int) -> int:
-    """Return the largest number of float64 in the scratch of a piece, which also serves to build the matrices."""
+    """Return the most float64 values that the scratch of a piece occupies; it also serves to build the matrices."""
     n_ports = most_ports(n_bearings, n_sites, n_faces)
     n, rows, columns = n + 2 * n_sites, all_rows(n + 2 * n_sites, n_ports, inputs), n_columns(n_ports)
     return rows + 8 * n + 8 * columns + (2 * N_LOBATTO * n_ports) * (columns + 3) + (8 + n_sites) * N_LOBATTO
@@ -167,34 +167,34 @@ def whole_rows(n: int, n_bearings: int, n_sites: int) -> int:
 
 @views
 def whole_columns(n: int) -> int:
-    """Return the size of the end of a whole step."""
+    """Return the size of the result at the end of a whole step."""
     return 2 * n + 2
 
 
 @views
 def whole_size(n: int, n_bearings: int, n_sites: int) -> int:
-    """Return the number of float64, even, of a whole step at a constant speed."""
+    """Return how many float64 values the matrices of a whole step at a constant speed occupy; the number is even."""
     rows, columns = whole_rows(n, n_bearings, n_sites), whole_columns(n)
     return rows * columns + 2 * rows * rows + rows + columns + (rows + 2) * n_sites * N_OBSERVED
 
 
 @views
 def powers_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool) -> int:
-    """Return the largest number of float64 of the forms of the power of spin and seals, needed for a damped shaft."""
+    """Return the most float64 values that the power forms of spin and seals occupy; only a damped shaft needs them."""
     rows = all_rows(n + 2 * n_sites, most_ports(n_bearings, n_sites, n_faces), inputs)
     return 2 * N_CONSTANT * MAX_LEVELS * rows * rows if is_damped and n <= MAX_COORDINATES else 0
 
 
 @views
 def memory_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int) -> int:
-    """Return the largest number of float64 in all slots; there are none for a shaft with too many coordinates."""
+    """Return the most float64 values that all slots occupy; a shaft with too many coordinates has no slots."""
     n_ports = most_ports(n_bearings, n_sites, n_faces)
     return ALL_SLOTS * slot_size(n + 2 * n_sites, n_ports, n_bearings, inputs) if n <= MAX_COORDINATES else 0
 
 
 @views
 def matrices_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool) -> int:
-    """Return the number of float64 in a `StepMatrices`, an even number; `inputs` is the number of pairs of inputs."""
+    """Return the even number of float64 values in a `StepMatrices`; `inputs` is the number of pairs of inputs."""
     n_ports, n_equations = most_ports(n_bearings, n_sites, n_faces), most_equations(n_sites, n_faces)
     size = N_SIZES + matrices_key_size(n_bearings, n_sites) + ALL_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
     size += 2 * n_ports + 2 * pieces_size(n, n_bearings, n_sites, n_faces, inputs)

@@ -5,15 +5,15 @@ unbalance. A constant prescribed speed uses separate matrices (`constant_speed`)
 of `QUANTUM` d (see below), with an error of g d h/4096, so that a level in use is interpolated once for many pieces.
 The result has the same bits as an interpolation in each product.
 
-Matrices are built for speeds m d apart. Those of the grid, d/4 apart, follow from the parabola through the nearest
-three that are built, at t of m d from the middle one, -1/2 <= t <= 1/2, and those between two speeds of the grid follow
-from the line through these,
+Matrices are built for speeds m d apart. The matrices for the speeds of the grid, which are d/4 apart, follow from the
+parabola through the nearest three that are built. The distance from the middle one of these three is t m d, with -1/2
+<= t <= 1/2. The matrices between two speeds of the grid follow from the line through the matrices at these two speeds:
 
     P(t) = t (t - 1)/2 P(-1) + (1 - t^2) P(0) + t (t + 1)/2 P(1),    errors (g m d h)^3/16 and (g d h/4)^2/8
 
-relative to P, where g <= 2 is the rate of gyroscopic rotation of the velocity per speed (2 for a thin disc). A level is
-interpolated when a step first uses it, for the present inputs, since most steps need one or two levels. If seals depend
-on the speed, matrices are built for all speeds of the grid, which are d apart.
+The errors are relative to P, and g <= 2 is the rate of gyroscopic rotation of the velocity per speed (2 for a thin
+disc). A level is interpolated when a step first uses it, for the present inputs, because most steps need only one or
+two levels. If seals depend on the speed, matrices are built for all speeds of the grid, which are d apart.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ USES_BEFORE_BLEND = 3.0  # pieces of a level at a speed before it is interpolate
 
 
 class LevelsAround(NamedTuple):
-    """The matrices of a level at the speeds of the grid below and above a speed, at the fraction `share`.
+    """The matrices of a level at the speeds of the grid below and above a speed, which is at `share` between them.
 
-    If the fraction is 0, `low` is for the speed itself, on the grid or between.
+    If `share` is 0, `low` is for the speed itself, whether or not it is on the grid.
     """
 
     low: Level
@@ -65,7 +65,7 @@ def spacing_for(step_size: float, seals: Seals) -> float:
 
 @kernel
 def quantum_for(seals: Seals) -> float:
-    """Return the share of the spacing to which speeds are rounded."""
+    """Return the quantum to which speeds are rounded, as a share of the spacing of the grid."""
     return QUANTUM if stride_for(seals) == 1 else FINER * QUANTUM
 
 
@@ -83,7 +83,7 @@ def grid_speed(matrices: StepMatrices, index: float) -> float:
 def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
     """Return the position of a speed (rad/s) on the grid, rounded to a multiple of the quantum.
 
-    It is infinite for a speed beyond the grid, and for one that is no longer a number.
+    It is infinite for a speed that is beyond the grid or is not a number.
     """
     sizes = matrices.sizes[0]
     place: float = sizes.place
@@ -96,7 +96,7 @@ def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
 
 @kernel
 def stride_for(seals: Seals) -> int:
-    """Return how many speeds of the grid apart matrices are built: 1 if seals depend on the speed, else `STRIDE`."""
+    """Return the stride between the grid speeds with built matrices: 1 if seals depend on the speed, else `STRIDE`."""
     return 1 if seals.records.shape[0] > 1 else STRIDE
 
 
@@ -110,13 +110,13 @@ def slot_of(index: float) -> int:
 
 @kernel
 def built_slot_of(number: float) -> int:
-    """Return the slot of the speed of this number among those, `STRIDE` apart, from which others are interpolated."""
+    """Return the slot of the speed with this number among the speeds `STRIDE` apart, whose matrices are built."""
     return N_NEAR + int(number - N_BUILT * math.floor(number / N_BUILT))
 
 
 @kernel
 def middle_of(index: float) -> float:
-    """Return the number of the middle one of three such speeds around a point of the grid."""
+    """Return the number of the middle one of the three built speeds around a point of the grid."""
     return float(math.floor(index / STRIDE + 0.5))
 
 
@@ -141,7 +141,7 @@ def levels_around(matrices: StepMatrices, level: int, index: float) -> LevelsAro
 
 @kernel
 def note_use(matrices: StepMatrices, level: int, index: float) -> None:
-    """Count a piece of a level at a point of the grid; after several the level is interpolated (`matrix_inputs`)."""
+    """Count a piece of a level at a point of the grid; after several pieces the level is interpolated."""
     if index == math.floor(index):
         return
     blend = matrices.blends[level]
@@ -153,7 +153,7 @@ def note_use(matrices: StepMatrices, level: int, index: float) -> None:
 
 @noinline_kernel
 def interpolate_level(matrices: StepMatrices, level: int, index: float) -> None:
-    """Write a combined level between the speeds around a point of the grid to the blends."""
+    """Interpolate a combined level between the grid speeds around a point, and write it to the blends."""
     low = math.floor(index)
     below, above = level_of(matrices, slot_of(low), level), level_of(matrices, slot_of(low + 1.0), level)
     target, share = level_of(matrices, BLENDS, level), index - low
@@ -166,7 +166,7 @@ def interpolate_level(matrices: StepMatrices, level: int, index: float) -> None:
 
 @noinline_kernel
 def begin_interpolation(matrices: StepMatrices, index: float) -> None:
-    """Assign a slot to a point of the grid between three that are built, with its K and C but without a level."""
+    """Assign a slot to a point of the grid between three built ones; write its K and C, but no level."""
     which, middle = slot_of(index), middle_of(index)
     if matrices.slots[which].index == index:
         return
@@ -182,7 +182,7 @@ def begin_interpolation(matrices: StepMatrices, index: float) -> None:
 
 @noinline_kernel
 def interpolate_from_built(matrices: StepMatrices, level: int, index: float) -> None:
-    """Write a level at a point of the grid between three for which it is combined; rows of unit inputs are left out."""
+    """Interpolate a level at a point of the grid from three where it is combined; rows of unit inputs are omitted."""
     middle, target = middle_of(index), level_of(matrices, slot_of(index), level)
     below = level_of(matrices, built_slot_of(middle - 1.0), level)
     at = level_of(matrices, built_slot_of(middle), level)
@@ -203,7 +203,7 @@ def _up_to_diagonal(row: int) -> int:
 
 @noinline_kernel
 def _parabola(below: Array, at: Array, above: Array, t: float, target: Array, size: int) -> None:
-    """Write `size` numbers of the parabola through three points at -1, 0 and 1 into `target`, at t."""
+    """Write into `target` the values at t of `size` parabolas, each through three points at -1, 0 and 1."""
     of_below, of_middle, of_above = 0.5 * t * (t - 1.0), 1.0 - t * t, 0.5 * t * (t + 1.0)
     for i in range(size):
         target[i] = of_middle * at[i] + (of_below * below[i] + of_above * above[i])

@@ -1,21 +1,21 @@
-"""Matrices of exact motion for a step, a half, a quarter and so on, at speeds on a grid.
+"""Matrices of exact motion for a step, half a step, a quarter and so on, at speeds on a grid.
 
-Between events, the lateral motion of shaft and housings (N coordinates) is linear except for forces at a few places:
-the ports, that is, planes of sites and bearings, housings, and faces, each with its place and its slope. If these
-forces are cubic over a piece of length h, through values F_j at its Lobatto points, matrices map the present state to
-the next,
+Between events, the lateral motion of the shaft and the housings (N coordinates) is linear except for forces at a few
+places, called ports. The ports are the planes of sites and bearings, the housings, and the place and the slope of each
+face. If these forces are cubics over a piece of length h, through the values F_j at its Lobatto points, matrices map
+the present state to the next one,
 
     (q, v)(h) = x P,    (a(0), (q, v)(c_i h), i = 1..3) at the ports = x S,    x = (q, v, 1, 0, A, B, F_j)(0)
 
 where 1 multiplies the steady non-magnetic forces, 0 multiplies the same forces turned by a right angle, so that x
-consists of pairs along x and y; A + i B is the direction of the unbalance. In addition to the ports, S observes cosine
+consists of pairs along x and y. The direction of the unbalance is A + i B. In addition to the ports, S observes cosine
 . q and sine . q, which give the unbalance's work and its torque on a free spin. These rows and columns depend on the
 present inputs: `matrix_inputs` combines them from the rows for unit inputs (`excitation`), which follow the n_x rows of
-x. Level l is for a piece of h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the series
-converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
+x. Level l is for a piece of length h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the
+series converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
 
-P and S depend on the speed: slots of memory hold them for speeds on a grid (`speed_grid`), and two for a constant
-speed, with the gradients of the magnets (`constant_speed`).
+Because P and S depend on the speed, slots of memory hold them for speeds on a grid (`speed_grid`). Two more slots hold
+them for a constant speed, with the gradients of the magnets (`constant_speed`).
 """
 
 from __future__ import annotations
@@ -70,7 +70,8 @@ Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
 class MatricesKey(NamedTuple):
     """Key of the matrices without the speed: all numbers, and named views into them.
 
-    `step_size`, in an array of length 1, and records of types `BEARING`, without magnets and rows, and `SITE_KEY`.
+    The views are `step_size`, an array of length 1, and records of the types `BEARING` (without magnets and rows) and
+    `SITE_KEY`.
     """
 
     values: Array
@@ -87,32 +88,33 @@ class StepMatrices(NamedTuple):
     slots, blends
         Records of type `SLOT`, and of type `BLEND`, one for each stored level.
     ports
-        Coordinate of x of each port, or for a face a negative number (`row_of_face`); the ports of the sites, of their
-        housings (-1: none), of the bearings, and of place and slope of each face.
+        For each port, the coordinate of its x, or a negative number for a face (`row_of_face`); then the ports of the
+        sites, of their housings (-1 if there is none), of the bearings, and of the place and slope of each face.
     memory
-        Matrices of all slots and of the blends, see `level_of`.
+        Matrices of all slots and of the blends (see `level_of`).
     constant
-        Constant speeds (rad/s) of their slots, each with the gradients (N/m) of the magnets there, in x and y of each
-        bearing, shape (N_CONSTANT, 1 + 2 n_bearings).
+        The constant speed (rad/s) of each slot for constant speeds, followed by the gradients (N/m) of the magnets in x
+        and y of each bearing, shape (N_CONSTANT, 1 + 2 n_bearings).
     whole_steps
-        Matrices of a whole step at these speeds, see `whole_step`.
+        Matrices of a whole step at these speeds (see `whole_step`).
     powers
-        Forms of the power of spin and seals at these speeds, see `matrix_powers`; none without damped shaft and seals.
+        Power forms of spin and seals at these speeds (see `matrix_powers`); none if there is neither a damped shaft nor
+        a seal.
     gradients
-        Those in the matrices in use, shape (2 n_bearings,).
+        Gradients (N/m) of the magnets in the matrices in use, shape (2 n_bearings,).
     amplitudes
-        Those of the inputs (`excitation`), shape (2 n_pairs,).
+        Amplitudes of the inputs (`excitation`), shape (2 n_pairs,).
     combined
-        Number of the amplitudes (`SIZES.inputs`) for which each level of each slot is combined, then for which the
-        matrices of each whole step were derived, shape (N_COMBINED,).
+        Number of the amplitudes (`SIZES.inputs`) for which each level of each slot is combined, followed by the number
+        for which the matrices of each whole step were derived, shape (N_COMBINED,).
     damping
         Speed and state at which `piece_energy` last computed the power of damping, and its result, shape (2 n + 4,).
     pieces
-        Scratch of a piece, see `piece`.
+        Scratch of a piece (see `piece`).
     nodes
         Records of type `NODE`, shape (n_sites, N_LOBATTO).
     equations
-        Room for the equations of all Lobatto points after the first, of all sites or of a face.
+        Room for the equations at all Lobatto points after the first, for all sites or for one face.
     """
 
     sizes: Records
@@ -141,7 +143,7 @@ class Level(NamedTuple):
     H
         See `matrix_dampers`, shape (all_rows, all_rows).
     U
-        Observations as S, by the unit forces of each unbalance, shape (all_rows, PLANE_COLUMNS n_unbalances).
+        Observations like S, but by the unit forces of each unbalance, shape (all_rows, PLANE_COLUMNS n_unbalances).
     """
 
     P: Array
@@ -182,7 +184,7 @@ def place_of_slot(matrices: StepMatrices, slot: int) -> int:
 def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
     """Return the matrices of a level at the speed of a slot, which follow K and C in the memory.
 
-    Levels beyond the stored ones alternate in the memory of the last two, which are built after them.
+    Levels beyond the stored ones alternate in the memory of the last two stored levels, which are built later.
     """
     n, n_ports, rows = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), int(matrices.sizes[0].n_rows)
     inputs, n_bearings = matrices.amplitudes.shape[0] // 2, matrices.gradients.shape[0] // 2
@@ -200,7 +202,7 @@ def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
 
 @views
 def powers_of(matrices: StepMatrices, slot: int, level: int) -> Powers:
-    """Return the forms of the power of spin and seals of a level at a constant speed."""
+    """Return the power forms of spin and seals for a level at a constant speed."""
     rows, place = int(matrices.sizes[0].n_rows), level if level < MAX_LEVELS else MAX_LEVELS - 2 + level % 2
     at = 2 * ((slot - FIRST_CONSTANT) * MAX_LEVELS + place) * rows * rows
     return Powers(
@@ -240,7 +242,7 @@ def inner_motion(matrices: StepMatrices, slot: int, level: int) -> InnerMotion:
 
 @views
 def matrices_key_of(array: Array, at: int, n_bearings: int, n_sites: int) -> MatricesKey:
-    """Return a `MatricesKey` in an array, from `at`."""
+    """Return a `MatricesKey` as views into an array, from position `at`."""
     bearings = at + 2
     sites = bearings + bearings_size(n_bearings)
     return MatricesKey(
@@ -255,7 +257,7 @@ def matrices_key_of(array: Array, at: int, n_bearings: int, n_sites: int) -> Mat
 def step_matrices_of(
     work: Array, at: int, n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool
 ) -> StepMatrices:
-    """Return a `StepMatrices` in an array, from `at`."""
+    """Return a `StepMatrices` as views into an array, from position `at`."""
     n_ports, n_equations = most_ports(n_bearings, n_sites, n_faces), most_equations(n_sites, n_faces)
     n_pieces = 2 * pieces_size(n, n_bearings, n_sites, n_faces, inputs) + series_size(n + 2 * n_sites)
     key = at + N_SIZES

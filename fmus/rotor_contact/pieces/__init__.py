@@ -1,1 +1,1 @@
-"""Motion over a piece of a step by the matrices: contact forces, the first event, energies."""
+"""Motion over a piece of a step by the matrices: contact forces, the first event, and energies."""

@@ -1,11 +1,12 @@
-"""Faces in a piece: forces of their seats at its Lobatto points, which depend on the motion there.
+"""Faces in a piece: the forces of their seats at the Lobatto points, which depend on the motion at these points.
 
-In a sweep they are known forces, like the forces of magnets. Newton's method corrects them: with the slopes J of a
-seat's forces F by the motion, and the motion B F that they cause,
+In a sweep, these forces are taken as known, like the forces of magnets. Newton's method then corrects them. With the
+slopes J of a seat's forces F with respect to the motion, and the motion B F that these forces cause, it solves
 
     (1 - J B) dF = F(motion) - F
 
-since the damping of a ring, and friction that creeps, are stiff compared with the end of a flexible shaft.
+Newton's method is necessary because the damping of a ring, and friction that creeps, are stiff compared with the end of
+a flexible shaft.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ OF_CLEARANCE, OF_SLIP = 1e-4, 0.1  # steps for the slopes: rise of the rim over 
 
 @noinline_kernel
 def begin_face_forces(w: Workspace, matrices: StepMatrices, h: float) -> None:
-    """Write the forces of all seats at z to all points of a piece of length h (s), and find their slopes there."""
+    """Write the forces of all seats at z to all points of a piece of length h (s), and find their slopes at z."""
     records, axes = faces_of(w.faces, w.Minv.shape[0]).records, 2 * int(matrices.sizes[0].n_ports)
     piece = piece_of(matrices)
     for k in range(records.shape[0]):
@@ -116,14 +117,14 @@ def _add_forces(
 
 @kernel
 def _port_of_seat(w: Workspace, matrices: StepMatrices, k: int) -> int:
-    """Return the port of the housing that carries face k, or -1."""
+    """Return the port of the housing that carries face k, or -1 if there is none."""
     face = faces_of(w.faces, w.Minv.shape[0]).records[k]
     return port_of_housing(matrices, int(face.site)) if housing_below(w, face) >= 0 else -1
 
 
 @noinline_kernel
 def _write_equations(w: Workspace, matrices: StepMatrices, of_forces: Array, k: int) -> None:
-    """Write the matrix of Newton's equations for face k: how its forces change themselves through the motion."""
+    """Write the matrix of Newton's equations for face k; it states how the face's forces act back on themselves."""
     A, n_ports = matrices.equations.matrix, int(matrices.sizes[0].n_ports)
     slopes = faces_of(w.faces, w.Minv.shape[0]).records[k].slopes
     place, slope, seat = port_of_face(matrices, k, 0), port_of_face(matrices, k, 1), _port_of_seat(w, matrices, k)
@@ -178,7 +179,7 @@ def _motion_at(w: Workspace, matrices: StepMatrices, k: int, point: int) -> Face
 def observe_face_forces(
     w: Workspace, matrices: StepMatrices, around: LevelsAround, z: Array, Omega: float, observed: Array
 ) -> None:
-    """Add to observations, the first columns of S, the effect of the seats that push at z."""
+    """Add the effect of the seats that push at z to the observations in the first columns of S."""
     records, first = faces_of(w.faces, w.Minv.shape[0]).records, 2 * int(matrices.sizes[0].n) + 4
     for k in range(records.shape[0]):
         face = records[k]
@@ -227,7 +228,7 @@ def bend_of_face_forces(w: Workspace, matrices: StepMatrices) -> tuple[float, fl
 
 @noinline_kernel
 def add_heat_of_faces(w: Workspace, matrices: StepMatrices, h: float) -> None:
-    """Add heat and work of the faces in a piece of length h (s), whose end is z_new, to its integrals."""
+    """Add the heat and work of the faces in a piece of length h (s) to the integrals in z_new, the end of the piece."""
     z_new, records = stages_of(w.stages).z_new, faces_of(w.faces, w.Minv.shape[0]).records
     integrals, spin = energy_integrals(z_new, w.n), piece_of(matrices).spin
     for k in range(records.shape[0]):

@@ -1,11 +1,11 @@
 """Scratch of a piece, and the motion of spin and races in it.
 
-Both turn under torques that are cubics through their values at the Lobatto points, like the forces,
+Both turn under torques that, like the forces, are cubics through their values at the Lobatto points:
 
     Omega_j = Omega_0 + h sum_i a_ji M_i/J,    a_ji = int_0^c_j l_i ds
 
-Unbalance couples the momentum of a free spin to that of the shaft: with p = -sin(theta) cosine + cos(theta) sine
-(`bodies`)
+Unbalance couples the momentum of a free spin to the momentum of the shaft. With p = -sin(theta) cosine + cos(theta)
+sine (`bodies`),
 
     (J Omega + p . v)' = M + p' . v,    p' = -Omega (cos(theta) cosine + sin(theta) sine)
 
@@ -119,9 +119,9 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
 
 @kernel
 def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_torque: float) -> None:
-    """Advance spin and races over a piece of length h (s) under node friction; call it until it converges.
+    """Advance spin and races over a piece of length h (s) under node friction; call this until it converges.
 
-    The torques of drive and drag converge here, because contact forces may not depend on them.
+    The torques of drive and drag converge in this function, because there may be no contact forces that depend on them.
     """
     piece = piece_of(matrices)
     for k in range(w.sites.shape[0]):
@@ -151,7 +151,7 @@ def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_to
 
 @kernel
 def _advance_race(matrices: StepMatrices, speeds: Array, k: int, site: Site, h: float, from_faces: float) -> None:
-    """Advance the race of site k, under a torque (N m) of faces."""
+    """Advance the race of site k, under a torque (N m) that faces exert on it."""
     a = b = c = 0.0
     for i in range(N_LOBATTO):
         torque = from_faces - race_drag(site, speeds[i])
@@ -200,7 +200,7 @@ def _advance_spin(w: Workspace, matrices: StepMatrices, piece: Piece, h: float, 
 
 @kernel
 def end_rotations(w: Workspace, matrices: StepMatrices, index: float, h: float) -> None:
-    """Write spin and races after a time h (s) to z_new, and correct it for seals between two speeds of the grid."""
+    """Write spin and races after a time h (s) to z_new; correct z_new for seals between two speeds of the grid."""
     piece, stages = piece_of(matrices), stages_of(w.stages)
     z_new, low = stages.z_new, math.floor(index)
     if index > low:
@@ -248,7 +248,7 @@ def _along_unbalance(motion: Motion, x: Array) -> tuple[float, float]:
 
 @kernel
 def phase_error(piece: Piece) -> float:
-    """Return the difference (rad) of the rotor's angle at the inner points from the angle at the mean speed."""
+    """Return the deviations (rad) of the rotor's angle at the inner points from its angle at the mean speed."""
     angle = piece.spin[1]
     largest = 0.0
     for point in range(1, N_LOBATTO - 1):

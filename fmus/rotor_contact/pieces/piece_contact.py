@@ -1,7 +1,7 @@
 """Contact forces at the Lobatto points of a piece: the equations of `collocation`, with moving bodies.
 
 At each point after the first, the normal velocity of the journal relative to its housing vanishes, and a rolling
-journal does not slip on its race; spin and races respond to friction (`piece`). Forces of magnets depend on the
+journal does not slip on its race. Spin and races respond to friction (`piece`). Forces of magnets depend on the
 displacements at these points. The equations are solved repeatedly until they converge.
 """
 
@@ -38,7 +38,7 @@ def port_of_site(matrices: StepMatrices, k: int) -> int:
 
 @kernel
 def port_of_housing(matrices: StepMatrices, k: int) -> int:
-    """Return the port of the housing of site k, or -1."""
+    """Return the port of the housing of site k, or -1 if there is none."""
     return int(matrices.ports[first_port_number(matrices) + matrices.nodes.shape[0] + k])
 
 
@@ -50,27 +50,27 @@ def port_of_bearing(matrices: StepMatrices, b: int) -> int:
 
 @kernel
 def port_of_face(matrices: StepMatrices, k: int, of_slope: int) -> int:
-    """Return the port of face k: the port of its slope, or of its place."""
+    """Return one of the two ports of face k: the port of its slope, or the port of its place."""
     n_others = 2 * matrices.nodes.shape[0] + matrices.gradients.shape[0] // 2
     return int(matrices.ports[first_port_number(matrices) + n_others + 2 * k + of_slope])
 
 
 @kernel
 def first_port_number(matrices: StepMatrices) -> int:
-    """Return the offset of the numbers of the ports, which follow the coordinates of all possible ports."""
+    """Return the offset of the port numbers, which follow the coordinates of all possible ports."""
     return matrices.ports.shape[0] // 2
 
 
 @kernel
 def gradient_change(motion: Motion, matrices: StepMatrices, b: int, axis: int) -> float:
-    """Return the gradient (N/m) of a magnet beyond that in the matrices, 0 within rounding."""
+    """Return the gradient (N/m) of a magnet minus the gradient in the matrices, or 0 within rounding."""
     gradient, known = motion.bearings[b].gradient[axis], matrices.gradients[2 * b + axis]
     return 0.0 if is_near(gradient, known, ROUNDING) else gradient - known
 
 
 @kernel
 def gradients_change(motion: Motion, matrices: StepMatrices) -> bool:
-    """Return whether the gradient of any magnet differs from that in the matrices."""
+    """Return whether the gradient of any magnet differs from its gradient in the matrices."""
     for b in range(motion.bearings.shape[0]):
         for axis in range(2):
             if gradient_change(motion, matrices, b, axis) != 0.0:
@@ -95,7 +95,7 @@ def magnets_act(w: Workspace, matrices: StepMatrices) -> bool:
 
 @kernel
 def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
-    """Return the first column of S after the accelerations, and the number of columns of relevant ports.
+    """Return the first column of S after the accelerations, and the number of columns that belong to relevant ports.
 
     Observations at bearings and faces are not computed if no force depends on them.
     """
@@ -110,7 +110,7 @@ def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
 
 @kernel
 def magnet_force(w: Workspace, matrices: StepMatrices, b: int, axis: int, displacement: float) -> float:
-    """Return the force (N) of a magnetic bearing at a displacement (m) along an axis, beyond that of the matrices."""
+    """Return a magnetic bearing's force (N) at a displacement (m) along an axis, minus its part in the matrices."""
     excitation, row = forces(w.motion), w.motion.bearings[b].row + axis
     force: float = excitation.steady[row] - excitation.without_magnets[row]
     force += gradient_change(w.motion, matrices, b, axis) * displacement
@@ -140,7 +140,7 @@ def set_magnet_forces(w: Workspace, matrices: StepMatrices, point: int) -> float
 def observe(w: Workspace, matrices: StepMatrices, of_forces: Array, A: float, B: float) -> None:
     """Compute the observations at the ports under node forces and an unbalance in the direction A + i B.
 
-    `of_forces` contains the observations due to unit forces, here and below.
+    `of_forces` contains the observations due to unit forces, here and in the functions below.
     """
     piece = piece_of(matrices)
     observed, axes = piece.observed, piece.magnets.shape[0] // N_LOBATTO
@@ -157,7 +157,7 @@ def observe(w: Workspace, matrices: StepMatrices, of_forces: Array, A: float, B:
 
 @kernel
 def observed_journal(site: Site, matrices: StepMatrices, observed: Array, k: int, point: int) -> Point:
-    """Return the observed journal of site k, relative to its housing, at a Lobatto point after the first."""
+    """Return the observed motion of journal k relative to its housing, at a Lobatto point after the first."""
     n_ports = int(matrices.sizes[0].n_ports)
     housing = port_of_housing(matrices, k) if site.housing >= 0 else -1
     return _observed_from(observed, n_ports, point, port_of_site(matrices, k), housing)
@@ -165,7 +165,7 @@ def observed_journal(site: Site, matrices: StepMatrices, observed: Array, k: int
 
 @kernel
 def _observed_from(observed: Array, n_ports: int, point: int, port: int, housing: int) -> Point:
-    """Return the observation at a port, relative to the port `housing` if that is >= 0."""
+    """Return the observation at a port, relative to the port `housing` if `housing` >= 0."""
     at = place_index(n_ports, point, port)
     x, y, v_x, v_y = observed[at], observed[at + 1], observed[at + 2], observed[at + 3]
     if housing >= 0:
@@ -179,7 +179,7 @@ def _observed_from(observed: Array, n_ports: int, point: int, port: int, housing
 
 @kernel
 def locate_nodes(w: Workspace, matrices: StepMatrices) -> None:
-    """Write normal, slip and friction ratio of all constrained sites at the Lobatto points after the first."""
+    """Write the normal, slip and friction ratio of each constrained site at the Lobatto points after the first."""
     piece = piece_of(matrices)
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
@@ -201,7 +201,7 @@ def moves_on_circles(w: Workspace, matrices: StepMatrices, of_forces: Array, lar
     """Return whether the journals in contact move along their circles, and roll or slide as assumed, at all points.
 
     In this case, solving the equations again in the present directions would change the forces by no more than about
-    `NEGLIGIBLE` of the `largest` (N). The change is estimated as the deviations of velocity over the responses to a
+    `NEGLIGIBLE` of the `largest` (N). The change is estimated as the velocity deviations divided by the responses to a
     unit force at the same point.
     """
     piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
@@ -249,7 +249,7 @@ def set_contact_forces(w: Workspace, matrices: StepMatrices) -> None:
 def solve_nodes(
     w: Workspace, matrices: StepMatrices, of_forces: Array, size: int, h: float
 ) -> tuple[bool, float, float]:
-    """Solve for the forces at all points after the first in their directions; `size` is the number of unknowns at each.
+    """Solve for the forces, in their directions, at all points after the first; each point has `size` unknowns.
 
     Returns whether the equations are solvable, the largest change of a force, and the largest force (N).
     """
@@ -323,7 +323,7 @@ def _write_equations(
 
 @kernel
 def _slip_response(w: Workspace, k: int, other: int, h: float) -> float:
-    """Return the growth rate of slip at site k per unit of friction at another site, by spin and race, times h."""
+    """Return h times the rate of growth, through spin and race, of slip at site k per unit friction at another site."""
     site, cause = w.sites[k], w.sites[other]
     rate = 0.0
     if site.spin >= 0:

@@ -1,6 +1,6 @@
 """The end of a solved piece that is cut short, at an event or at the end of the step.
 
-The forces remain unchanged: their cubics are evaluated at the Lobatto points of the part [0, s h]. The motion there,
+The forces remain unchanged, so their cubics are evaluated at the Lobatto points of the part [0, s h]. The motion there,
 and with it slip and the work of the unbalance, follows from its series. Spin and races, whose torques are such cubics,
 are advanced again, so that work and energy agree.
 """
@@ -40,7 +40,7 @@ def cut_piece(
     torque: float,
     on_event: bool,
 ) -> float:
-    """Write the state after a share of a piece of length h (s) to z_new; return the energy (J) dampers take until then.
+    """Write the state after a share of a piece of length h (s) to z_new; return the energy (J) taken by the dampers.
 
     The nodes of the piece become the nodes of this part, because `piece_energy` needs them. `torque` is the torque of
     rotating damping on the spin (N m); `index` is the position of the speed on the grid. After an event, sites are put
@@ -70,7 +70,7 @@ def cut_piece(
 
 @kernel
 def _observe_unbalance(motion: Motion, matrices: StepMatrices, point: int, y: Array) -> None:
-    """Write cosine . q, sine . q and their rates in the state y to the observations at a Lobatto point."""
+    """Write cosine . q and sine . q of the state y, and their rates, to the observations at a Lobatto point."""
     observed, force, n = piece_of(matrices).observed[6], forces(motion), y.shape[0] // 2
     at, size = place_index(int(matrices.sizes[0].n_ports), point, -1), force.cosine.shape[0]
     for of_velocity in range(2):
@@ -96,10 +96,10 @@ def _restrict_nodes(matrices: StepMatrices, site: Site, k: int, n_terms: int, s:
 def _taken_by_dampers(
     w: Workspace, matrices: StepMatrices, index: float, n_terms: int, h: float, share: float
 ) -> float:
-    """Return the energy (J) that the dampers take until `share` of the piece, by Gauss's quadrature over parts.
+    """Return the energy (J) that the dampers take up to `share` of the piece, by Gauss's quadrature over parts of it.
 
-    A part is at most twice as long as the shortest piece, whose H comes from Lobatto's quadrature, so both have the
-    same error.
+    A part is at most twice as long as the shortest piece, whose H comes from Lobatto's quadrature, so both quadratures
+    have the same error.
     """
     sizes = matrices.sizes[0]
     if sizes.damped == 0.0:

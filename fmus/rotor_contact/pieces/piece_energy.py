@@ -2,14 +2,14 @@
 
 Modes of the rotor may vibrate several times in a piece. Two quantities are therefore computed in closed form: the
 energy D that the dampers take from the motion (`matrix_dampers`), and the work of steady forces f and of magnets with
-gradients k, in a piece f . (q_1 - q_0) + k (q_1^2 - q_0^2)/2. D includes the energy that the spin supplies to the
-damping that rotates with it, -Omega M: the heat is D - int Omega M dt. The work of unbalance at a given speed is
+gradients k. In a piece, this work is f . (q_1 - q_0) + k (q_1^2 - q_0^2)/2. The spin supplies the power -Omega M to the
+damping that rotates with it, so the heat is D - int Omega M dt. The work of unbalance at a given speed is
 
     int p . v dt = [p . q] - int p' . q dt,
     p = exp(i theta) (Omega^2 - i Omega'),    p' = exp(i theta) (3 Omega Omega' + i Omega^3)
 
-because fast modes count less in q than in v. The rest is smooth and needs only Lobatto's quadrature. The power P of
-seals is known only at the ends of a piece, with its slope (Hermite's quadrature):
+This form is used because fast modes count less in q than in v. The rest is smooth and needs only Lobatto's quadrature.
+The power P of seals is known only at the ends of a piece, with its slope (Hermite's quadrature):
 
     int P dt = h (P_0 + P_1)/2 + h^2 (P_0' - P_1')/12
 
@@ -42,7 +42,7 @@ from rotor_contact.shaft.seals import seal_power, slopes_of_seal_power, stored_b
 
 
 class ShaftDamping(NamedTuple):
-    """Torque of the shaft's damping on the spin (N m); dissipation and skew power of seals (W), with rates (W/s)."""
+    """Torque (N m) of the shaft's damping on the spin; dissipation and skew power (W) of seals, with rates (W/s)."""
 
     torque: float
     heat: float
@@ -53,7 +53,7 @@ class ShaftDamping(NamedTuple):
 
 @noinline_kernel
 def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
-    """Return torque (J q) . R (v - Omega J q) of the shaft's damping at z, and power of the seals without slopes."""
+    """Return the torque (J q) . R (v - Omega J q) of the shaft's damping at z, and the seals' power without slopes."""
     if not w.motion.is_damped:
         return ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0)
     n, stages = w.Minv.shape[0], stages_of(w.stages)
@@ -86,7 +86,7 @@ def known_damping(w: Workspace, matrices: StepMatrices, Omega: float, z: Array) 
 def add_slope(
     w: Workspace, matrices: StepMatrices, z: Array, index: float, theta: float, Omega: float, damping: ShaftDamping
 ) -> ShaftDamping:
-    """Return the power of seals with its slopes; requires the contact forces at z in the sites."""
+    """Return `damping` with the slopes of the seals' power; the sites must contain the contact forces at z."""
     n = w.Minv.shape[0]
     v, a = z[w.n : w.n + n], stages_of(w.stages).k_2[:n]
     _accelerate(w, matrices, z, index, theta, Omega, a)
@@ -139,7 +139,7 @@ def mean_skew_power(before: ShaftDamping, after: ShaftDamping, h: float) -> floa
 
 @kernel
 def energy_taken(matrices: StepMatrices, level: int, index: float) -> float:
-    """Return the energy (J) that dampers take from the motion in a piece, whose x is complete (`end_piece`)."""
+    """Return the energy (J) that dampers take from the motion in a piece whose x is complete (`end_piece`)."""
     if matrices.sizes[0].damped == 0.0:
         return 0.0
     around, isotropic = levels_around(matrices, level, index), matrices.sizes[0].isotropic != 0.0
@@ -186,11 +186,11 @@ def add_energies(
     before: ShaftDamping,
     after: ShaftDamping,
 ) -> None:
-    """Add heat and work of a piece of length h (s) from z to z_new; update the peak forces.
+    """Add the heat and work of a piece of length h (s) from z to z_new; update the peak forces.
 
-    `taken` is `energy_taken`, `supplied` the work of the unbalance at a given speed, NaN if it is not computed yet;
-    `before` and `after` are torque of damping and power of seals at both ends. For a whole step `taken` and `supplied`
-    contain these.
+    `taken` is the result of `energy_taken`. `supplied` is the work of the unbalance at a given speed, or NaN if it is
+    not computed yet. `before` and `after` are the damping torque and the power of the seals at the two ends. For a
+    whole step, `taken` and `supplied` already include the effects of this torque and this power.
     """
     n, stages = w.Minv.shape[0], stages_of(w.stages)
     z, z_new, piece = stages.z, stages.z_new, piece_of(matrices)

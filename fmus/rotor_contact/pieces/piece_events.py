@@ -41,8 +41,8 @@ def find_event(
     """Expand a solved piece of length h (s) up to its first event; return the number of terms and the event's share.
 
     There is no event before `share`. If there is none before the share `latest` either, the result is `NEVER`, and the
-    series reaches `latest`. If there are too few terms for this, their number is 0. `index` is the position of the
-    speed on the grid.
+    series reaches `latest`. If the series has too few terms for this, the number returned is 0. `index` is the position
+    of the speed on the grid.
     """
     event = _end_of_modes(w, matrices) if share < latest else NEVER
     end, n_terms = min(event, latest), 0
@@ -60,7 +60,7 @@ def find_event(
 
 @kernel
 def _end_of_modes(w: Workspace, matrices: StepMatrices) -> float:
-    """Return the share of a piece at which the first constrained site opens, sticks or slips, or `NEVER`.
+    """Return the share of a piece at which the first constrained site opens, sticks or slips, or `NEVER` if none does.
 
     The share follows from the cubics through the Lobatto points; the cubic of the slip is approximate (`_end_of_slip`).
     """
@@ -75,7 +75,7 @@ def _end_of_modes(w: Workspace, matrices: StepMatrices) -> float:
 def _first_touch(w: Workspace, matrices: StepMatrices, n_terms: int, h: float, earliest: float, latest: float) -> float:
     """Return the share of a piece of length h (s) at which a journal first touches; `NEVER` if none does by `latest`.
 
-    No journal touches before the share `earliest`. Requires the series of the piece, of `n_terms` terms.
+    No journal touches before the share `earliest`. Requires the series of the piece, which has `n_terms` terms.
     """
     first = NEVER
     for site in w.sites:
@@ -111,7 +111,7 @@ def _gap(site: Site, journal: Point) -> float:
 
 @kernel
 def _touch_between(matrices: StepMatrices, site: Site, n_terms: int, h: float, low: float, high: float) -> float:
-    """Return the share at which a journal that is beyond its circle at `high` but not at `low` reaches it (Newton)."""
+    """Return the share at which a journal reaches its circle (Newton); it is inside at `low` and beyond at `high`."""
     s = high
     for _ in range(MOST_TRIALS):
         journal = journal_at(matrices, n_terms, s, site)
@@ -128,7 +128,7 @@ def _touch_between(matrices: StepMatrices, site: Site, n_terms: int, h: float, l
 
 @kernel
 def _end_of_mode(site: Site, nodes: Nodes) -> float:
-    """Return the share of the piece at which a constrained site opens, sticks or slips, or `NEVER`."""
+    """Return the share of the piece at which a constrained site opens, sticks or slips, or `NEVER` if it does not."""
     a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
     pull = LEAST_PULL * max(max(abs(a.f_n), abs(b.f_n)), max(abs(c.f_n), abs(d.f_n)))
     first: float = first_fall(a.f_n + pull, b.f_n + pull, c.f_n + pull, d.f_n + pull)
@@ -150,9 +150,9 @@ def _end_of_mode(site: Site, nodes: Nodes) -> float:
 
 @kernel
 def _end_of_slip(w: Workspace, matrices: StepMatrices, n_terms: int, near: float) -> float:
-    """Return the share of the piece close to `near` at which slip of a sliding site reverses, or `near` (secant).
+    """Return the share close to `near` at which the slip of a sliding site reverses (secant), or else `near`.
 
-    Requires the series of the piece, of `n_terms` terms, up to there.
+    Requires the series of the piece, which has `n_terms` terms, up to this share.
     """
     for k in range(w.sites.shape[0]):
         site = w.sites[k]

@@ -54,7 +54,7 @@ def series_of(matrices: StepMatrices) -> PieceSeries:
 
 @noinline_kernel
 def expand(w: Workspace, matrices: StepMatrices, index: float, h: float, reach: float) -> int:
-    """Write the terms (1) of a piece of length h (s) with complete x; return their number, 0 if they are too few.
+    """Write the terms (1) of a piece of length h (s) with a complete x; return their number, or 0 if it is too small.
 
     The series is for shares s up to `reach`; `index` is the position of the speed on the grid.
     """
@@ -84,7 +84,7 @@ def expand(w: Workspace, matrices: StepMatrices, index: float, h: float, reach: 
 
 @kernel
 def _coefficients(matrices: StepMatrices, index: float) -> int:
-    """Return the slot with K and C at a point of the grid; between two speeds they are interpolated."""
+    """Return the slot with K and C at a point of the grid; between two grid speeds, K and C are interpolated."""
     low = float(math.floor(index))
     if index == low:
         return slot_of(low)
@@ -140,7 +140,7 @@ def state_at(matrices: StepMatrices, n_terms: int, s: float, y: Array) -> None:
 
 @kernel
 def journal_at(matrices: StepMatrices, n_terms: int, s: float, site: Site) -> Point:
-    """Return the journal of a site relative to its retainer's centre after the share s of the piece."""
+    """Return the motion of a site's journal relative to its retainer's centre, after the share s of the piece."""
     terms, n = series_of(matrices).terms, int(matrices.sizes[0].n)
     row, housing = site.row, site.housing
     x = y = v_x = v_y = 0.0

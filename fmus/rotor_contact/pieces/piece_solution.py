@@ -63,7 +63,7 @@ def find_contact_forces(
 ) -> bool:
     """Find the contact forces at z from the acceleration there; return False if a constrained site is in tension.
 
-    `index` is the position of the speed on the grid, `torque` the torque of rotating damping on the spin (N m).
+    `index` is the position of the speed on the grid, and `torque` is the torque (N m) of rotating damping on the spin.
     """
     if not is_any_constrained(w.sites):
         return True
@@ -125,7 +125,7 @@ def _combine(
     first: int,
     columns: int,
 ) -> None:
-    """Write x times a matrix interpolated between two speeds into y: `columns` numbers, from column `first`.
+    """Write `columns` numbers of x A, from column `first`, into y, with A interpolated between two speeds.
 
     `room` is scratch of the same size.
     """
@@ -161,7 +161,7 @@ def _accelerate_spin(w: Workspace, observed: Array, theta: float, Omega: float, 
 
 @kernel
 def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) -> None:
-    """Compute the observations due to z and to unit forces, by matrices between the two speeds around `index`."""
+    """Compute the observations due to z and to unit forces, with matrices interpolated to `index`."""
     piece, z = piece_of(matrices), stages_of(w.stages).z
     n = int(matrices.sizes[0].n)
     observed = piece.observed
@@ -229,7 +229,7 @@ def solve_piece(
 ) -> bool:
     """Find all node forces, with spin and races; return False if they do not converge.
 
-    Requires the contact forces at z in the sites.
+    The sites must contain the contact forces at z.
     """
     piece, in_contact = piece_of(matrices), is_any_constrained(w.sites)
     around, of_forces = levels_around(matrices, level, index), piece.of_forces
@@ -307,13 +307,14 @@ def _has_rotations(w: Workspace) -> bool:
 
 @kernel
 def _direction(w: Workspace, matrices: StepMatrices, index: float, h: float, theta: float) -> complex:
-    """Return the initial direction of the unbalance, with the mean speed and acceleration of the piece.
+    """Return the initial direction of the unbalance, computed with the mean speed and acceleration of the piece.
 
-    In the matrices it turns at the speed of the grid, Omega_g. It begins at theta plus the mean of the difference,
+    In the matrices the unbalance turns at the speed of the grid, Omega_g. It begins at theta plus the mean angle by
+    which the rotor differs from this rotation,
 
         1/h int theta(t) - theta(0) - Omega_g t dt
 
-    so that its mean phase is right. Otherwise it would lead, or lag, in every step of a run-up.
+    so that its mean phase is right. Otherwise the unbalance would lead or lag in every step of a run-up.
     """
     spin = piece_of(matrices).spin
     speed, gain = (spin[1, 3] - spin[1, 0]) / h, (spin[0, 3] - spin[0, 0]) / h
@@ -335,7 +336,7 @@ def complete_forces(matrices: StepMatrices) -> None:
 
 @kernel
 def end_piece(w: Workspace, matrices: StepMatrices, level: int, index: float, h: float) -> bool:
-    """Write the end of the piece to z_new, on the circles; return False if that is impossible."""
+    """Write the end of the piece to z_new, with journals on their circles; return False if that is impossible."""
     piece, stages = piece_of(matrices), stages_of(w.stages)
     z_new, n, ends = stages.z_new, int(matrices.sizes[0].n), piece.ends
     around = levels_around(matrices, level, index)

@@ -1,4 +1,4 @@
-"""A site over a piece of a step, by its state at the four Lobatto points: persistence of its mode."""
+"""Whether a site keeps its mode over a piece of a step, judged by its state at the four Lobatto points."""
 
 from __future__ import annotations
 
@@ -59,16 +59,17 @@ def off_circle(site: Site, first: Point, second: Point) -> float:
 
 @noinline_kernel
 def stays_clear(site: Site, begin: Point, points: Points, h: float) -> bool:
-    """Return whether a free journal stays clear in a piece of length h (s), by the path between points."""
+    """Return whether a free journal stays clear in a piece of length h (s), judged by its path between the points."""
     return clear_share(site, begin, points, h, CLOSE_MARGIN) == 1.0
 
 
 @kernel
 def close_margin(share: float) -> float:
-    """Return the fraction of the clearance within which the path is not trusted over a piece of this share of a step.
+    """Return the fraction of the clearance within which the path over a piece is not trusted.
 
-    The error of the path is of fourth order in the length; with the square, a journal that has just left its circle
-    slowly is clear of it within a few short pieces.
+    `share` is the length of the piece as a share of the step. The error of the path is of fourth order in the length.
+    The fraction depends only on its square, so that a journal that has just left its circle slowly is clear of it
+    within a few short pieces.
     """
     return CLOSE_MARGIN * share * share
 
@@ -77,8 +78,8 @@ def close_margin(share: float) -> float:
 def clear_share(site: Site, begin: Point, points: Points, h: float, margin: float) -> float:
     """Return the share of a piece of length h (s) over which a free journal stays clear.
 
-    A touch is located on the path between points. If the journal may graze, within the fraction `margin` of the
-    clearance, the result is the last point before it.
+    A touch is located on the path between points. If the journal may graze its retainer, within the fraction `margin`
+    of the clearance, the result is the last point before the graze.
     """
     first, second, last = points
     c_1, c_2 = LOBATTO_POINTS[1], LOBATTO_POINTS[2]

@@ -22,7 +22,7 @@ BEND = 0.05  # t^3 is within a twentieth of a parabola
 
 @kernel
 def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float, float]:
-    """Return the share of a piece of length h (s) without contact events, and its roughness over the limit.
+    """Return the share of a piece of length h (s) without contact events, and the ratio of its roughness to the limit.
 
     Twice the length gives eight times the roughness.
     """
@@ -56,6 +56,6 @@ def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float,
 
 @kernel
 def _journal(site: Site, matrices: StepMatrices, k: int, point: int) -> Point:
-    """Return the journal of site k relative to its retainer's centre at a Lobatto point after the first."""
+    """Return the motion of journal k relative to its retainer's centre, at a Lobatto point after the first."""
     at = observed_journal(site, matrices, piece_of(matrices).observed[6], k, point)
     return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)

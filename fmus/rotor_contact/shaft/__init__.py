@@ -1,1 +1,1 @@
-"""The matrices and seals of a rotor, and products and solutions with them."""
+"""The matrices and seals of a rotor, matrix products, and solutions of linear equations."""

@@ -21,7 +21,7 @@ class Equations(NamedTuple):
 
 @views
 def equations_of(work: Array, start: int, n: int) -> Equations:
-    """Return room for n equations in n (n + 1) numbers of an array, from `start`."""
+    """Return room for n equations, which consists of n (n + 1) numbers of an array from `start`."""
     return Equations(part(work, start, REAL, (n, n)), part(work, start + n * n, REAL, n))
 
 

@@ -52,7 +52,7 @@ def third_difference(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
 
 @kernel
 def least_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
-    """Return a lower bound of the cubic through four values, its smallest Bezier point."""
+    """Return a lower bound of the cubic through four values, namely its smallest Bezier point."""
     b_1 = (f_3 - 3.0 * f_0 + _FAR * f_1 - _NEAR * f_2) / 3.0
     b_2 = (f_0 - 3.0 * f_3 + _FAR * f_2 - _NEAR * f_1) / 3.0
     return min(min(f_0, f_3), min(b_1, b_2))
@@ -84,7 +84,7 @@ def positive_share(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
 def first_fall(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
     """Return where in the interval the cubic through four values first falls through zero, or 2.0 if it does not.
 
-    A fall is sought between `N_LOOKS` points; the root is located to rounding.
+    A fall is sought between `N_LOOKS` points; the root is located to within rounding.
     """
     if least_of_cubic(f_0, f_1, f_2, f_3) > 0.0:
         return 2.0

@@ -17,7 +17,7 @@ def are_any(a: float, b: float, c: float, d: float) -> bool:
 
 @kernel
 def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
-    """Write the first `size` numbers of x A, the rows of A weighted with x, into `y`, which must not overlap them.
+    """Write the first `size` numbers of x A (rows of A weighted with x) into `y`, which must not overlap the rows.
 
     The matrix is read in order, four rows at once; rows with weight zero are skipped.
     """
@@ -40,7 +40,7 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
 
 @noinline_kernel
 def combination(x: Array, A: Array, y: Array, first: int, size: int) -> None:
-    """Write the columns from `first` of x A into y: `size` numbers.
+    """Write `size` numbers of x A, from column `first`, into y.
 
     As in `row_combination`, four rows are read at once, and rows with weight zero are skipped.
     """
@@ -51,7 +51,7 @@ def combination(x: Array, A: Array, y: Array, first: int, size: int) -> None:
 
 @noinline_kernel
 def add_combination(x: Array, A: Array, y: Array, first: int, size: int) -> None:
-    """Add the columns from `first` of x A to y: `size` numbers."""
+    """Add `size` numbers of x A, from column `first`, to y."""
     j = 0
     while j + 4 <= x.shape[0]:
         v, w, p, q = x[j], x[j + 1], x[j + 2], x[j + 3]
@@ -69,14 +69,14 @@ def add_combination(x: Array, A: Array, y: Array, first: int, size: int) -> None
 
 @noinline_kernel
 def add_multiples(x: Array, a: float, y: Array, b: float, z: Array, target: Array, size: int) -> None:
-    """Write x + a y + b z into `target`: `size` numbers."""
+    """Write `size` numbers of x + a y + b z into `target`."""
     for i in range(size):
         target[i] = x[i] + a * y[i] + b * z[i]
 
 
 @noinline_kernel
 def interpolate(low: Array, high: Array, share: float, target: Array, size: int) -> None:
-    """Write (1 - share) low + share high into `target`: `size` numbers."""
+    """Write `size` numbers of (1 - share) low + share high into `target`."""
     if share == 0.0:
         copy(low[:size], target)
         return
@@ -87,7 +87,7 @@ def interpolate(low: Array, high: Array, share: float, target: Array, size: int)
 
 @noinline_kernel
 def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, first: int, size: int) -> None:
-    """Write the columns from `first` of x [(1 - share) A + share B] into y, with the bits of `combination`."""
+    """Write x [(1 - share) A + share B], from column `first`, into y, with the same bits as `combination`."""
     rest = 1.0 - share
     for i in range(size):
         y[i] = 0.0
@@ -113,8 +113,8 @@ def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, fi
 def isotropic_combination(x: Array, A: Array, y: Array, turned: Array, first: int, size: int) -> None:
     """Write the same as `combination` for rows that are alternately responses to x and y.
 
-    The responses to y are not read: the response to (v, w) is v times the response to x, plus w times that response
-    turned by a right angle. `turned` is scratch of the size of y.
+    The responses to y are not read, because the response to (v, w) is v times the response to x, plus w times the
+    response to x turned by a right angle. `turned` is scratch of the size of y.
     """
     for i in range(size):
         y[i] = turned[i] = 0.0
@@ -143,7 +143,7 @@ def isotropic_combination(x: Array, A: Array, y: Array, turned: Array, first: in
 def isotropic_combination_between(
     x: Array, A: Array, B: Array, share: float, y: Array, turned: Array, first: int, size: int
 ) -> None:
-    """Write the same as `combination_between`, with the bits of `isotropic_combination`."""
+    """Write the same as `combination_between`, with the same bits as `isotropic_combination`."""
     rest = 1.0 - share
     for i in range(size):
         y[i] = turned[i] = 0.0
@@ -174,14 +174,14 @@ def isotropic_combination_between(
 
 @kernel
 def rotate_row(of_x: Array, of_y: Array) -> None:
-    """Write the response to y, which is the response to x turned by a right angle; both alternate x and y."""
+    """Write the response to y, which is the response to x turned by a right angle; both alternate between x and y."""
     for i in range(0, of_x.shape[0], 2):
         of_y[i], of_y[i + 1] = -of_x[i + 1], of_x[i]
 
 
 @kernel
 def subtract_products(A: Array, x: Array, B: Array, y: Array, target: Array) -> None:
-    """Subtract x A + y B, the rows of square A and B weighted with x and y, from the beginning of `target`."""
+    """Subtract x A + y B (rows of square A and B, weighted with x and y) from the beginning of `target`."""
     n = A.shape[1]
     i = 0
     while i + 8 <= n:
@@ -209,7 +209,7 @@ def subtract_products(A: Array, x: Array, B: Array, y: Array, target: Array) -> 
 
 @kernel
 def dot(x: Array, y: Array) -> float:
-    """Return x . y, of arrays of the same size."""
+    """Return x . y for two arrays of the same size."""
     a = b = c = d = 0.0
     i = 0
     while i + 4 <= x.shape[0]:
@@ -227,7 +227,7 @@ def dot(x: Array, y: Array) -> float:
 
 @kernel
 def dot_between(x: Array, y: Array, z: Array, share: float) -> float:
-    """Return x . [(1 - share) y + share z] with the bits of `dot`."""
+    """Return x . [(1 - share) y + share z] with the same bits as `dot`."""
     rest = 1.0 - share
     a = b = c = d = 0.0
     i = 0
@@ -271,7 +271,7 @@ def isotropic_dots(x: Array, y: Array) -> complex:
 
 @kernel
 def isotropic_dots_between(x: Array, z: Array, share: float, y: Array) -> complex:
-    """Return `isotropic_dots` of (1 - share) x + share z and y, with its bits."""
+    """Return `isotropic_dots` of (1 - share) x + share z and y, with the same bits."""
     rest = 1.0 - share
     a = b = c = d = e = f = g = h = 0.0
     i = 0
@@ -300,13 +300,13 @@ def isotropic_dots_between(x: Array, z: Array, share: float, y: Array) -> comple
 
 @kernel
 def triangular_form(A: Array, x: Array, size: int) -> float:
-    """Return x . A x of the first `size` of x (even), with a lower triangular A."""
+    """Return x . A x for the first `size` (an even number) of the x, with a lower triangular A."""
     return _form(A, x, size, 1)
 
 
 @kernel
 def quadratic_form(A: Array, x: Array) -> float:
-    """Return x . A x of the first n of x and the first n rows of A, which has n columns; n is even."""
+    """Return x . A x for the first n numbers of x and the first n rows of A, which has n columns; n is even."""
     return _form(A, x, A.shape[1], 0)
 
 

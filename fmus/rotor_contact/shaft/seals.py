@@ -1,11 +1,12 @@
 """Seals and passive bearings: full, cross-coupled stiffness and damping that depend on the spin speed.
 
-    f = -(K(Omega) q + C(Omega) q'),   q = (x, y) of the shaft there, f the force on it            (1)
+    f = -(K(Omega) q + C(Omega) q'),   q = (x, y) of the shaft there, f the force on the shaft    (1)
 
-K = [[k, Q], [-Q, k]] with Q > 0 drives forward whirl. Their mass is included in the shaft's. K and C are piecewise
-cubic in Omega, constant outside the speeds of a table. Such a stiffness need not have a potential: -v . K q counts as
-work on the rotor, v . C v as heat. A seal may be anywhere on the shaft: its x and y are rows of numbers, with S q
-instead of q in (1) and the effect M^-1 S^T f.
+K = [[k, Q], [-Q, k]] with Q > 0 drives forward whirl. The mass of the seals is included in the mass of the shaft. K and
+C are piecewise cubic in Omega, and constant outside the speeds of a table. Because such a stiffness need not have a
+potential, -v . K q counts as work on the rotor, while v . C v counts as heat. A seal may be anywhere on the shaft. Its
+x and y therefore follow from rows of numbers S, with S q instead of q in (1), and its force f has the effect M^-1 S^T
+f.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ class Seals(NamedTuple):
     records
         Of type `SEAL`, shape (ranges of speeds, seals).
     rows
-        x and y of each seal from the degrees of freedom, S, and below them in the same order M^-1 S^T, the
-        accelerations by unit forces there, transposed; shape (4 seals, n).
+        S, which gives x and y of each seal from the degrees of freedom; below it, in the same order, M^-1 S^T
+        transposed, the accelerations due to unit forces at each seal; shape (4 seals, n).
     """
 
     records: SealRecords
@@ -97,7 +98,7 @@ def _product(row: Array, q: Array, first: int) -> float:
 
 @kernel
 def _add_response(seals: Seals, k: int, f_x: float, f_y: float, a: Array, first: int) -> None:
-    """Add the accelerations due to forces (N) on the shaft at seal k to `a`, from `first`."""
+    """Add the accelerations due to forces (N) on the shaft at seal k to `a`, beginning at index `first`."""
     x = 2 * (seals.records.shape[1] + k)
     by_x, by_y = seals.rows[x], seals.rows[x + 1]
     for i in range(by_x.shape[0]):
@@ -132,12 +133,12 @@ def add_change_of_seals(seals: Seals, before: float, Omega: float, q: Array, v: 
 def add_missed_between_speeds(
     seals: Seals, low: float, high: float, Omega: float, h: float, z: Array, z_new: Array, n: int
 ) -> None:
-    """Correct z_new after a time h (s) to the coefficients at a speed, which replace interpolated ones.
+    """Correct z_new after a time h (s) so that the coefficients at a speed replace the interpolated ones.
 
         a = -M^-1 S^T (dK S (q + q_new)/2 + dC S (v + v_new)/2),  v_new += h a,  q_new += h^2 a/2            (2)
 
-    with dK = K(Omega) - (1 - s) K(low) - s K(high) at the share s from low to high, likewise dC. The neglected part is
-    of order (omega h)^2/12 of this at a frequency omega of the motion.
+    with dK = K(Omega) - (1 - s) K(low) - s K(high) at the share s from low to high, and likewise dC. The neglected part
+    is of order (omega h)^2/12 of this correction at a frequency omega of the motion.
 
     Parameters
     ----------
@@ -148,7 +149,7 @@ def add_missed_between_speeds(
     h
         Time from z to z_new (s).
     z, z_new, n
-        States that begin with displacements (m), with velocities (m/s) from n on.
+        States that begin with displacements (m) and continue with velocities (m/s) from index n.
     """
     s = (Omega - low) / (high - low)
     for k in range(seals.records.shape[1]):
@@ -212,7 +213,7 @@ def slopes_of_seal_power(seals: Seals, Omega: float, q: Array, v: Array, a: Arra
 
 @kernel
 def stored_by_seals(seals: Seals, Omega: float, q: Array) -> float:
-    """Return q . K q/2 (J) of all seals, without contribution of the skew stiffness."""
+    """Return q . K q/2 (J) of all seals, without the contribution of the skew stiffness."""
     energy = 0.0
     for k in range(seals.records.shape[1]):
         s = seal_at(seals, k, Omega)
@@ -223,7 +224,7 @@ def stored_by_seals(seals: Seals, Omega: float, q: Array) -> float:
 
 @kernel
 def seals_are_isotropic(seals: Seals) -> bool:
-    """Return whether all seals respond in y as in x, turned by a right angle, at all speeds."""
+    """Return whether, at all speeds, all seals respond in y as they do in x, turned by a right angle."""
     for place in range(seals.records.shape[0]):
         for k in range(seals.records.shape[1]):
             a = seals.records[place, k].coefficients

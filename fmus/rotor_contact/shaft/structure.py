@@ -48,18 +48,18 @@ class RowsOfFaces(NamedTuple):
 class Structure(NamedTuple):
     """The reduced rotor with n degrees of freedom. A product with M^-1 is an acceleration.
 
-    Degrees of freedom alternate x and y: the first `n_translations` are translations of planes, the rest rotations or
-    modes.
+    Degrees of freedom alternate between x and y. The first `n_translations` are translations of planes, the rest are
+    rotations or modes.
 
     n_thrust, mass
-        Number of discs of axial bearings, 0 or 1, and the rotor's mass (kg), with which it moves along its shaft.
+        Number of discs of axial bearings (0 or 1), and the mass (kg) with which the rotor moves along its shaft.
     n_faces
-        Number of faces that stop it there.
+        Number of faces that stop the rotor along its shaft.
     valid_to
-        Frequency (rad/s) up to which the natural frequencies match those of the full model; infinite if unknown.
+        Frequency (rad/s) up to which the natural frequencies match the full model; infinite if unknown.
     forms
-        Mass M (kg), damping C and R (N s/m) of the shaft, stacked, shape (3 n, n). R rotates with the rotor: its force
-        is -R (v - Omega J q), where J q is q turned by a right angle in the direction of spin.
+        Mass M (kg) and damping C and R (N s/m) of the shaft, stacked, shape (3 n, n). R rotates with the rotor: its
+        force is -R (v - Omega J q), where J q is q turned by a right angle in the direction of spin.
     K
         Stiffness (N/m), shape (n, n).
     Minv, MinvK, MinvC
@@ -67,20 +67,22 @@ class Structure(NamedTuple):
     over_speed
         M^-1 G and M^-1 R J, stacked, shape (2 n, n), with the gyroscopic matrix G; Omega multiplies both.
     B_disc
-        Forces on the degrees of freedom for unit forces x, y on each disc, shape (2 n_discs, n).
+        Forces on the degrees of freedom due to unit forces in x and y on each disc, shape (2 n_discs, n).
     B_base
-        Forces on them for unit acceleration of the base in x, y, shape (2, n); motion is relative to the base.
+        Forces on the degrees of freedom due to a unit acceleration of the base in x and y, shape (2, n); the motion is
+        relative to the base.
     sensors
         Sensor displacements from the degrees of freedom, shape (n_sensors, n).
     bearings, sites
-        Row of x of each magnetic bearing and of each contact site; y is the next.
+        Row of x of each magnetic bearing and of each contact site; the row of y is the next one.
     site_bearings
-        Number of the bearing whose retainer a site is, or -1.
+        Number of the bearing whose retainer a site is, or -1 if there is none.
     seals
         Seals and passive bearings (`seals.Seals`); their mass is in M.
     faces
-        Records of type `FACE_PLACE`, then for each face x, y and their slopes x', y' of the shaft from the degrees of
-        freedom, and in the same order the accelerations by a unit force or moment on each, n numbers each.
+        Records of type `FACE_PLACE`. Then, for each face, four rows give x, y and the slopes x', y' of the shaft from
+        the degrees of freedom. Four more rows, in the same order, contain the accelerations due to a unit force or
+        moment on each. Each row has n numbers.
     """
 
     n_translations: int
@@ -156,6 +158,6 @@ def rows_of_faces(structure: Structure) -> RowsOfFaces:
 
 @kernel
 def row_of_face(port: int) -> int:
-    """Return the row of x (or x') of a face; ports -1, -2, -3, ... are place and slope of the first, then of others."""
+    """Return the row of x (or x') of a face; ports -1 and -2 are the place and slope of face 0, and so on."""
     number = -1 - port
     return ROWS_OF_FACE * (number // 2) + 2 * (number % 2)

@@ -42,8 +42,8 @@ def resolve_modes(w: Workspace, tau: float, shortest: float) -> int:
     """Find modes that are consistent with the forces at z, without tension or friction beyond the law; store k_1.
 
     Sites that would touch again within `shortest` (s), or hardly lift, count as closed, because the bounces of one
-    site, or of two sites in turn, accumulate there. Returns a fault code, because with strong friction no modes may be
-    consistent.
+    site, or of two sites in turn, would accumulate. Returns a fault code, because with strong friction there may be no
+    consistent modes.
     """
     n = w.n
     stages = stages_of(w.stages)
@@ -89,7 +89,7 @@ def _open_tensile(sites: Sites) -> bool:
 def _close_soonest(sites: Sites, z: Array, a: Array, Omega: float, shortest: float) -> bool:
     """Close a free site on its circle that lifts too briefly to be followed; return whether there is one.
 
-    Its flight would take 2 v/a < `shortest` (s), or reach v^2/(2 a) < `LOWEST_FLIGHT` times the clearance.
+    Its flight would last 2 v/a < `shortest` (s), or would only reach v^2/(2 a) < `LOWEST_FLIGHT` times the clearance.
     """
     n = a.shape[0]
     v = z[n : 2 * n]
@@ -111,7 +111,7 @@ def _change_friction(sites: Sites, v: Array, Omega: float) -> bool:
     """Make a site stick if it stopped slipping, or slip if it cannot stick; return whether anything changed.
 
     Of several sites that cannot stick, the site furthest beyond its limit slips first, so that another may continue to
-    roll. If an impact elsewhere has reversed the slip of a sliding site, its friction reverses, too.
+    roll. If an impact elsewhere has reversed the slip of a sliding site, the friction of this site is also reversed.
     """
     excess = 0.0
     loosest = -1

@@ -10,8 +10,9 @@ event:
     compliant    gap opens              c - |r|
                  pull begins or ends    -sign F of the law's factor F that changes sign
 
-The substep is repeated with other lengths until the first of them vanishes, so events are not rounded to steps. The
-time is estimated for each indicator separately: the largest of them has kinks, at which regula falsi stalls.
+The substep is repeated with other lengths until the first indicator vanishes, so events are not rounded to steps. The
+time is estimated for each indicator separately, because the largest of all indicators has kinks, at which regula falsi
+stalls.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ STARTS_ON_EVENT = 1e-6  # of the indicator at the end: a smaller one at the begi
 
 @kernel
 def indicator_of(site: Site, which: int, z: Array, n: int, Omega: float) -> float:
-    """Return indicator 0 or 1 of a site at z (see above), with its forces there; it is positive after an event."""
+    """Return indicator 0 or 1 (see above) of a site at z, with its forces at z; it is positive after an event."""
     if site.enabled == 0.0:
         return -1.0
     if not is_constrained(site):
@@ -70,11 +71,11 @@ def indicator(sites: Sites, z: Array, n: int, Omega: float) -> float:
 
 @kernel
 def locate_event(w: Workspace, tau: float, dt: float) -> float:
-    """Find the length (s) in (0, dt] of the substep that ends on the first event; z_new is set to it.
+    """Return the length (s), in (0, dt], of the substep that ends on the first event; write its end to z_new.
 
     Requires a substep of `dt` with an event. The method is regula falsi after Anderson and Bjoerck for every indicator,
-    from a value at most `EVENT_OFFSET` below zero. The time of a touch is found by Newton's method, from its time on
-    the cubic path.
+    from a value at least `EVENT_OFFSET` below zero. The time of a touch is found by Newton's method, starting from the
+    time of the touch on the cubic path.
     """
     n, stages = w.n, stages_of(w.stages)
     z, z_new = stages.z, stages.z_new
@@ -107,9 +108,9 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
 
 @kernel
 def _move_end(sites: Sites, z: Array, n: int, Omega: float, is_end: bool, again: bool) -> None:
-    """Set the indicators at the end, or the beginning, of the interval with the event to their values at z.
+    """Set the indicators at the end (or the beginning) of the interval that contains the event to their values at z.
 
-    If the same end moved last time, too (`again`), the indicators at the other end are reduced (Anderson, Bjoerck).
+    If the same end also moved last time (`again`), the indicators at the other end are reduced (Anderson, Bjoerck).
     """
     for site in sites:
         for which in range(N_INDICATORS):
@@ -125,8 +126,9 @@ def _move_end(sites: Sites, z: Array, n: int, Omega: float, is_end: bool, again:
 def _first_crossing(w: Workspace, low: float, high: float, last: float, side: int) -> float:
     """Return the estimate (s) of the first event between two times, one of which is `last`, the time of z_new.
 
-    `side` is the side of `last`, -1 or 1, or 0 for the first estimate. An indicator that begins close to zero may fall
-    before it rises: the time is halved if its slope has led to a time before the event.
+    `side` is -1 if `last` is before the event, 1 if it is after the event, and 0 for the first estimate. An indicator
+    that begins close to zero may fall before it rises, so the interval is halved if the slope of the indicator has led
+    to a time before the event.
     """
     n, stages = w.n, stages_of(w.stages)
     first = high

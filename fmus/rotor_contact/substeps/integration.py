@@ -41,7 +41,7 @@ def spin_speed(w: Workspace, tau: float, z: Array) -> float:
 
 @inlined_kernel
 def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
-    """Write d/dt of z at `tau` (s) with contact into `dz`; return False if the contact equations are singular.
+    """Write the rate of z at `tau` (s), with contact, into `dz`; return False if the contact equations are singular.
 
     Friction heat is -T v_slip. If the speed is prescribed, the drive's work is -T R_s Omega, even without slip.
     """
@@ -119,7 +119,7 @@ def _write_rates(
 
 @kernel
 def substep(w: Workspace, tau: float, dt: float) -> bool:
-    """Advance z to z_new by `dt` (s) from `tau`, projected onto the constraints; store its derivative in k_new."""
+    """Advance z to z_new by `dt` (s) from `tau`, projected onto the constraints; store the derivative in k_new."""
     n = w.n
     stages = stages_of(w.stages)
     z, z_new, trial = stages.z, stages.z_new, stages.trial
@@ -148,7 +148,7 @@ def collect_last_substep(w: Workspace) -> None:
 
 @kernel
 def velocity_error(w: Workspace, dt: float) -> float:
-    """Estimate the error of the velocities (m/s) of the last substep, the largest of all planes, housings and races.
+    """Estimate the velocity error (m/s) of the last substep: the largest over all planes, housings and races.
 
     An embedded third-order formula uses the derivative at the end instead of the last stage; the estimate is the
     difference, dt/6 (k_4 - k_new).
@@ -181,9 +181,9 @@ def _body_error(w: Workspace, a: Array, a_new: Array) -> float:
 
 @kernel
 def substep_limit(w: Workspace, Omega: float, longest: float) -> float:
-    """Return the length (s) of a substep that resolves bearings and every contact at z, at most `longest`.
+    """Return a substep length (s), at most `longest`, that resolves the bearings and every contact at z.
 
-    Constrained sites whirl by at most `MAX_WHIRL_ANGLE` in it; see also `passive_limit`, `body_limit`,
+    Constrained sites whirl by at most `MAX_WHIRL_ANGLE` in a substep; see also `passive_limit`, `body_limit` and
     `compliant_limit`.
     """
     n = w.n

@@ -6,7 +6,7 @@ from fmi_export.variables import Variable, input_, output, parameter
 
 
 def axis_inputs(bearing: str, axis: str) -> list[Variable]:
-    """Return the force of a bearing along an axis, with its gradient and the displacement at which it applies."""
+    """Return the force of a bearing along an axis, its gradient, and the displacement at which the force applies."""
     at = f"{bearing.upper()}, {axis} axis"
     return [
         input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),

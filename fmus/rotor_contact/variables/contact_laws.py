@@ -3,10 +3,10 @@
     0           constraint: rigid, solved in `contact.constraints`
     1, 2, ...   `COMPLIANT`, in this order: the classical laws (thesis 4.1 to 4.9, 4.13), for comparison
 
-A law is a function of penetration and rate that returns a `Response`, and a line in `COMPLIANT`, which gives it its
-number. It reads its parameters from the site; `law_parameters` declares them. docs/theory/contact_laws.md states the
-equations. With K = k_c / sqrt(delta_c) k_c is the secant stiffness at delta_c of the laws with a power of 3/2; v_s
-there is `RATE_SCALE`.
+A law consists of a function of penetration and rate, which returns a `Response`, and of a line in `COMPLIANT`, which
+gives the law its number. It reads its parameters from the site; `law_parameters` declares them.
+docs/theory/contact_laws.md states the equations, in which v_s is `RATE_SCALE`. Because K = k_c / sqrt(delta_c), k_c is
+the secant stiffness at delta_c of the laws with a power of 3/2.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ class Response(NamedTuple):
         N (N); a negative value would pull, and is cut off.
     push
         A force (N) that is positive where the law pushes the journal, and negative where it would pull. It passes zero
-        where the cut gives N a kink: for spring and damper at k_c delta + c_c delta' = 0, for the laws with power 3/2
-        where the factor of the rate vanishes.
+        where the cut gives N a kink: at k_c delta + c_c delta' = 0 for spring and damper, and where the factor of the
+        rate vanishes for the laws with a power of 3/2.
     stored
         Elastic energy (J): the integral of the force at rate zero.
     elastic
         Derivative of the stored energy (N); the excess of N over it is lost.
     stiffness, damping
-        Bounds of the slopes of N over penetration (N/m) and over the rate (N s/m), which limit the substeps.
+        Bounds on the slopes of N over penetration (N/m) and over its rate (N s/m); these bounds limit the substeps.
     """
 
     force: float
@@ -82,7 +82,7 @@ def hertz(site: np.record, delta: float, rate: float) -> Response:
 
 @views
 def kelvin_voigt(site: np.record, delta: float, rate: float) -> Response:
-    """Return the response of spring and damper (4.3)."""
+    """Return the response of a spring and a damper (4.3)."""
     elastic = site.k_c * delta
     viscous = elastic + site.c_c * rate
     return Response(
@@ -97,7 +97,7 @@ def kelvin_voigt(site: np.record, delta: float, rate: float) -> Response:
 
 @views
 def kirk(site: np.record, delta: float, rate: float) -> Response:
-    """Return the response of spring and damper that engage gradually with penetration (4.4, 4.5)."""
+    """Return the response of a spring and a damper that engage gradually with penetration (4.4, 4.5)."""
     elastic = site.k_c * delta
     viscous = elastic + site.c_c * rate
     d = site.delta_c / 3.0
@@ -146,9 +146,9 @@ def ulbrich(site: np.record, delta: float, rate: float) -> Response:
 
 @views
 def switched_kelvin_voigt(site: np.record, delta: float, rate: float) -> Response:
-    """Return the response of spring and damper that never pull (4.13).
+    """Return the response of a spring and a damper that never pull (4.13).
 
-    The integral of the force has no simple form; the energy of the spring is used, and the difference counts as
+    Because the integral of the force has no simple form, the energy of the spring is used, and the difference counts as
     reversible heat.
     """
     elastic = site.k_c * delta
@@ -181,7 +181,7 @@ CONSTRAINT = 0
 
 
 def _formula_from(number: int) -> Law:
-    """Return the formula of a site's law, for sites whose law has this number or a later one."""
+    """Return a function that applies the formula of a site's law if this law has this number or a later one."""
     formula = COMPLIANT[number - 1][0]
     if number == len(COMPLIANT):
         return formula

@@ -1,7 +1,7 @@
 """Energies of the plant: their variables, and which of them are integrals over time.
 
-An energy that is an integral requires a field here, its rate in `integration`, and its integral over a piece of exact
-motion in `piece_energy`. Kinetic and strain energy follow from the state (`outputs`).
+An energy that is an integral requires a field in this module, a rate in `integration`, and an integral over a piece of
+exact motion in `piece_energy`. Kinetic and strain energy follow from the state (`outputs`).
 """
 
 from __future__ import annotations

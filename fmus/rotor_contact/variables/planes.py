@@ -37,7 +37,7 @@ class MeasuredPlane:
 class Face:
     """A face that stops the rotor along its shaft: start values of its clearance and mean radius (m).
 
-    `retainer` is the contact site on whose retainer it lands, if any.
+    `retainer` is the contact site on whose retainer the face lands, if any.
     """
 
     name: str
@@ -63,11 +63,12 @@ class Planes:
     valid_to
         Frequency up to which the rotor's reduction is accurate (rad/s), for judging a run.
     moved_by
-        For a bearing, sensor plane or site, by name: sites whose journal moves it while the rest of the rotor is fixed.
+        For each bearing, sensor plane or site, by name: the sites whose journal moves it while the rest of the rotor is
+        fixed.
     mixes_axes
         Whether a steady load in x deflects the rotor in y, by damping that rotates with the shaft or by seals.
     seals
-        Names of seals and passive bearings with coefficients over the speed.
+        Names of the seals and passive bearings whose coefficients depend on the speed.
     thrust
         Name of the disc of an axial bearing; without one the rotor does not move along its shaft.
     faces
@@ -75,7 +76,7 @@ class Planes:
     loss_factor
         Loss factor of the shaft, whose damping the constants contain as viscous damping; 0 if there is none.
     implausible
-        Sentences on implausible sizes of the rotor.
+        Sentences about implausible dimensions of the rotor.
     """
 
     discs: tuple[str, ...]

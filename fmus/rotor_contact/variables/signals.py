@@ -1,4 +1,4 @@
-"""Parameters, inputs and outputs as kernels see them: a record of single variables, and arrays of all others."""
+"""Parameters, inputs and outputs as kernels see them: single variables in a record, and all others in arrays."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ N_SEAL_OUTPUTS, N_AXIAL_PARAMETERS, N_AXIAL_INPUTS, N_AXIAL_OUTPUTS, N_FACE_PARA
 
 
 class Parameters(NamedTuple):
-    """Single parameters as a record of type `PARAMETERS`, in an array of one, and the parameters of sites and bearings.
+    """Single parameters as a record of type `PARAMETERS`, in an array of length 1; parameters of sites and bearings.
 
-    Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS), and so are face parameters. `thrust` contains one
-    record of the motion along the shaft, or none.
+    Site parameters are stored as numbers, shape (n_sites, N_SITE_PARAMETERS), and so are face parameters. `thrust`
+    contains one record of the motion along the shaft, or none.
     """
 
     scalars: Records
@@ -51,7 +51,7 @@ class Parameters(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """Single inputs as a record of type `INPUTS`, in an array of one; records of axes, discs and cores of bearings.
+    """Single inputs as a record of type `INPUTS`, in an array of length 1; records of axes, discs and bearing cores.
 
     Axes alternate x and y of each bearing. `thrust` contains one record of the motion along the shaft, or none.
     """
@@ -64,8 +64,11 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """Single outputs as a record of type `OUTPUTS`, in an array of one; displacements (m) at axes and sensors; records
-    of sites and seals; one of the motion along the shaft, or none; records of faces."""
+    """Single outputs as a record of type `OUTPUTS`, in an array of length 1, and all other outputs.
+
+    The other outputs are displacements (m) at axes and sensors, records of sites, seals and faces, and one record of
+    the motion along the shaft if there is a thrust disc.
+    """
 
     scalars: Records
     displacements: Array
@@ -78,7 +81,7 @@ class Outputs(NamedTuple):
 
 @views
 def n_parameters(structure: Structure) -> int:
-    """Return the number of all parameters."""
+    """Return the total number of parameters."""
     n_sites, n_bearings = structure.sites.shape[0], structure.bearings.shape[0]
     of_parts = n_sites * N_SITE_PARAMETERS + n_bearings * N_BEARING_PARAMETERS
     along = structure.n_thrust * N_AXIAL_PARAMETERS + structure.n_faces * N_FACE_PARAMETERS
@@ -93,7 +96,7 @@ def first_disc_input(structure: Structure) -> int:
 
 @views
 def n_inputs(structure: Structure) -> int:
-    """Return the number of all inputs."""
+    """Return the total number of inputs."""
     n_discs = structure.B_disc.shape[0] // 2
     of_planes = n_discs * N_DISC + structure.bearings.shape[0] * N_CORE
     return first_disc_input(structure) + of_planes + structure.n_thrust * N_AXIAL_INPUTS

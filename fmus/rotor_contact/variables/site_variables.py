@@ -53,7 +53,7 @@ def site_parameters(contact: ContactSite) -> list[Variable]:
 
 
 def _retainer_parameters(site: str, at: str) -> list[Variable]:
-    """Parameters of a retainer as a body: housing on a mount, race, temperature."""
+    """Return the parameters of a retainer as a body: housing on a mount, race, and temperature."""
     not_negative = {"minimum": 0.0, "maximum": 1e12}
     return [
         parameter(f"{site}.housing_mass", "kg", f"Mass of the retainer's housing {at}; 0: fixed", 0.0, **not_negative),
@@ -99,7 +99,7 @@ def _retainer_parameters(site: str, at: str) -> list[Variable]:
 def site_outputs(site: str, planes: Planes) -> list[Variable]:
     """Return the outputs of a contact site of a rotor with these planes.
 
-    `start_values` lists the dependencies of initial values; () is for a value that is the same at every start.
+    `start_values` lists the dependencies of initial values; () marks a value that is the same at every start.
     """
     at = f"at {site.upper()}"
     journal = start_values.journal(planes, site)

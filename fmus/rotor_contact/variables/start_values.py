@@ -1,11 +1,12 @@
 """Parameters and inputs on which the plant's outputs initially depend (`plant.initialise`), for the variable table.
 
-A modelDescription declares them as InitialUnknowns; importers use them to solve for start values. A missing dependency
+A modelDescription declares them as InitialUnknowns, which importers use to solve for start values. A missing dependency
 is an error; an unnecessary one only costs time.
 
-At rest in the centre, only quantities relative to the retainers depend on anything. On its orbit the rotor is deflected
-by steady loads and whirls due to unbalance; journals beyond their clearance are moved back individually. Contact forces
-then depend on everything that accelerates the rotor, including magnetic bearing forces.
+If the rotor starts at rest in the centre, only quantities relative to the retainers depend on anything. If the rotor
+starts on its orbit, it is deflected by steady loads and whirls due to unbalance; each journal that exceeds its
+clearance is moved back individually. Contact forces then depend on everything that accelerates the rotor, including
+magnetic bearing forces.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def _put_back(sites: Iterable[str]) -> tuple[str, ...]:
 
 
 def displacement(planes: Planes, place: str, axis: str) -> tuple[str, ...]:
-    """Dependencies of the displacement at a bearing or a sensor plane.
+    """Return the dependencies of the displacement at a bearing or a sensor plane.
 
     Without contact only the whirl couples the axes, unless the shaft has rotating damping.
     """
@@ -45,19 +46,19 @@ def displacement(planes: Planes, place: str, axis: str) -> tuple[str, ...]:
 
 
 def journal(planes: Planes, site: str) -> tuple[str, ...]:
-    """Dependencies of position and velocity of the journal at a site."""
+    """Return the dependencies of the position and velocity of the journal at a site."""
     return (*ORBIT, *_put_back(planes.moved_by.get(site, (site,))))
 
 
 def strain(planes: Planes) -> tuple[str, ...]:
-    """Dependencies of the deflection of the whole rotor."""
+    """Return the dependencies of the deflection of the whole rotor."""
     return (*ORBIT, *(f"sites[*].{name}" for name in PUT_BACK))
 
 
 def motion(planes: Planes) -> tuple[str, ...]:
-    """Dependencies of the kinetic energy of the whole rotor: only those of the whirl, unless a journal is moved back.
+    """Return the dependencies of the rotor's kinetic energy: only those of the whirl, unless a journal is moved back.
 
-    On a circular orbit it is the same at every angle.
+    On a circular orbit this energy is the same at every angle.
     """
     if planes.sites or planes.seals:
         return strain(planes) if planes.sites else WHIRL
@@ -65,22 +66,22 @@ def motion(planes: Planes) -> tuple[str, ...]:
 
 
 def slip(planes: Planes, site: str) -> tuple[str, ...]:
-    """Dependencies of the slip velocity at a site; a journal that is moved back keeps it."""
+    """Return the dependencies of the slip velocity at a site; a journal that is moved back keeps this velocity."""
     others = [other for other in planes.moved_by.get(site, ()) if other != site]
     own = (f"{site}.offset_x", f"{site}.offset_y", f"{site}.journal_radius")
     return (*ORBIT, *own, *_put_back(others))
 
 
 def sliding(planes: Planes) -> tuple[str, ...]:
-    """Dependencies of the forces of sliding contacts; rotating parts of a retainer then have no effect."""
+    """Return the dependencies of the forces of sliding contacts, on which rotating retainer parts have no effect."""
     return (*strain(planes), *(f"sites[*].{name}" for name in CONTACT), *FREE_SPIN, *MAGNETS)
 
 
 def sliding_contact(planes: Planes) -> tuple[str, ...]:
-    """Dependencies of the contact state of a whirling journal; a single contact opens regardless of its friction."""
+    """Return the dependencies of a whirling journal's contact state; a single contact opens regardless of friction."""
     return sliding(planes) if len(planes.sites) > 1 else (*strain(planes), "sites[*].law", *FREE_SPIN, *MAGNETS)
 
 
 def forces(planes: Planes) -> tuple[str, ...]:
-    """Dependencies of the contact forces; without spin and whirl the contacts roll."""
+    """Return the dependencies of the contact forces; without spin and whirl, the contacts roll."""
     return (*sliding(planes), "sites[*].race_inertia")

@@ -1,7 +1,7 @@
 """Data shared with the last step: records of sites and bodies, and non-magnetic forces.
 
 The cache is in the scratch array with the parameters and inputs that it depends on, and is recomputed if any of these
-differs by a bit.
+differs in a single bit.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rotor_contact.variables.signals import N_INPUTS, first_disc_input, n_inputs
 
 
 class StepCache(NamedTuple):
-    """Number of all degrees of freedom, in an array of two; the parameters and inputs that the cache depends on."""
+    """Total number of degrees of freedom, in an array of length 2; parameters and inputs on which the cache depends."""
 
     n: Array
     parameters: Array
@@ -26,14 +26,14 @@ class StepCache(NamedTuple):
 
 @views
 def step_cache_size(structure: Structure) -> int:
-    """Return the number of float64 in a `StepCache`, an even number."""
+    """Return how many float64 values a `StepCache` occupies; the number is even."""
     size = 2 + n_parameters(structure) + n_inputs(structure)
     return size + size % 2
 
 
 @views
 def step_cache_of(work: Array, at: int, structure: Structure) -> StepCache:
-    """Return a `StepCache` in an array, from `at`."""
+    """Return a `StepCache` as views into an array, from position `at`."""
     inputs = at + 2 + n_parameters(structure)
     return StepCache(
         part(work, at, REAL, 2),
@@ -55,7 +55,7 @@ def is_valid(step_cache: StepCache, structure: Structure, parameters: Array, inp
 
 @kernel
 def store(step_cache: StepCache, parameters: Array, inputs: Array, n: int) -> None:
-    """Store parameters, inputs and the resulting number of all degrees of freedom."""
+    """Store the parameters, the inputs and the resulting total number of degrees of freedom."""
     copy(parameters, step_cache.parameters)
     copy(inputs, step_cache.inputs)
     step_cache.n[0] = n

@@ -1,10 +1,11 @@
 """Contact forces by collocation on the exact motion, for a whole step in which the constraint persists.
 
-Between events the force at a site is smooth: over a step of length h it is the cubic through its values at the Lobatto
-points, F_j = -N_j n_j + T_j t_j, from which the motion follows exactly (`whole_step`). The values follow from
+Between events the force at a site is smooth. Over a step of length h it is approximated by the cubic through its values
+at the Lobatto points, F_j = -N_j n_j + T_j t_j. The motion follows exactly from this cubic (`whole_step`). The values
+follow from
 
     j = 0    n . a = -|v|^2/r        the constraint on the acceleration (4.15), as `constraints` solves it
-    j > 0    n_j . v_j = 0           that on the velocity
+    j > 0    n_j . v_j = 0           the constraint on the velocity
              T_j = -mu_j sign N_j    sliding, or slip_j = 0 for a journal that rolls
 
 v_j is linear in x and in all forces (S). The equations of all sites and points are thus linear except for the
@@ -13,8 +14,8 @@ directions converge. Each sweep includes the rotation of the directions with the
 
     n_j . v_j + (t_j . v_j/c) t_j . (q_j - q_j_before) = 0        (1)
 
-which saves a sweep. Displacements are not constrained to the circle at the inner points. Their distance from it is the
-error measure; at the end of the step it is much smaller.
+which saves a sweep. Displacements are not constrained to the circle at the inner points. Their distance from the circle
+is the error measure; the error at the end of the step is much smaller.
 
 Lobatto collocation of index-2 systems: Hairer, Lubich and Roche, The Numerical Solution of Differential-Algebraic
 Systems by Runge-Kutta Methods, Springer 1989.
@@ -50,7 +51,8 @@ SETTLED = 1e-5  # of the largest force: change of the forces in the last sweep; 
 def find_forces(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> bool:
     """Write the later contact forces of a step into x; return False if an event may be in it.
 
-    Requires `find_first_forces`. It also returns False if the forces cannot be computed with sufficient accuracy.
+    Call `find_first_forces` first. The function also returns False if the forces cannot be computed with sufficient
+    accuracy.
     """
     size = number_unknowns(w.sites)
     _locate_nodes(w, matrices, whole)
@@ -133,7 +135,7 @@ def _locate_nodes(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> Non
 
 @kernel
 def _solve_nodes(w: Workspace, matrices: StepMatrices, whole: WholeStep, size: int) -> tuple[bool, float]:
-    """Solve for the forces at all points after the first in their directions.
+    """Solve for the forces, in their directions, at all points after the first.
 
     `size` is the number of unknowns at a point. Returns whether the equations are solvable, and the largest change of a
     force relative to the largest force.

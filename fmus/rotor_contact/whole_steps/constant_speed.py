@@ -1,14 +1,14 @@
-"""Matrices at a constant, prescribed speed: for exactly this speed, with the gradients of the magnets.
+"""Matrices at a constant, prescribed speed, built for exactly this speed and with the gradients of the magnets.
 
     K = K_0 - diag(g_0),   f = F + (g - g_0) q    at each axis of a magnetic bearing            (1)
 
 g_0 are the gradients in the matrices, g the gradients of the present step, and f is the force at the nodes of a piece
-(`piece_contact`). Gradients that vary around g_0, such as those of nonlinear magnets, therefore leave small forces at
-the nodes.
+(`piece_contact`). Gradients that vary around g_0, such as those of nonlinear magnets, therefore leave only small forces
+at the nodes.
 
-The matrices are built over `STEPS_BEFORE_BUILD` steps. Gradients that stay far from g_0 for longer, such as those of
-magnets that were switched off, become the next g_0: their matrices are built in a separate slot while the old ones are
-used.
+The matrices are built over `STEPS_BEFORE_BUILD` steps. Gradients that stay far from g_0 for longer, such as the
+gradients of magnets that were switched off, become the next g_0. Their matrices are built in a separate slot while the
+old matrices are used.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ N_SPEED = size_of(SPEED)
 class ConstantSpeed(NamedTuple):
     """The constant speed: a record of type `SPEED`, in an array of length 1, and gradients (N/m), shape (2 bearings,).
 
-    `known` are the gradients in the matrices, `following` the gradients in the next ones.
+    `known` contains the gradients in the matrices, and `following` the gradients in the next matrices.
     """
 
     speed: np.ndarray[tuple[int], np.dtype[np.record]]
@@ -56,13 +56,13 @@ class ConstantSpeed(NamedTuple):
 
 @views
 def constant_speed_size(n_bearings: int) -> int:
-    """Return the number of float64 in a `ConstantSpeed`, an even number."""
+    """Return how many float64 values a `ConstantSpeed` occupies; the number is even."""
     return N_SPEED + 4 * n_bearings
 
 
 @views
 def constant_speed_of(array: Array, at: int, n_bearings: int) -> ConstantSpeed:
-    """Return a `ConstantSpeed` in an array, from `at`."""
+    """Return a `ConstantSpeed` as views into an array, from position `at`."""
     return ConstantSpeed(
         part(array, at, SPEED, 1),
         part(array, at + N_SPEED, REAL, 2 * n_bearings),
@@ -74,7 +74,7 @@ def constant_speed_of(array: Array, at: int, n_bearings: int) -> ConstantSpeed:
 def follow(motion: Motion, is_constant: bool, is_same: bool, constant: ConstantSpeed, memory: np.record) -> None:
     """Count the steps at a constant speed; choose the gradients of its matrices.
 
-    `is_same` states whether the key of the matrices equals that of the last step.
+    `is_same` states whether the key of the matrices is the same as in the last step.
     """
     speed = constant.speed[0]
     if not is_same:
@@ -104,7 +104,7 @@ def follow(motion: Motion, is_constant: bool, is_same: bool, constant: ConstantS
 
 @kernel
 def _choose_gradients(motion: Motion, gradients: Array) -> None:
-    """Write the gradients of the magnets; similar axes get the mean of their own, which keeps a rotor isotropic."""
+    """Write the gradients of the magnets; two axes with similar gradients get their mean, to keep a rotor isotropic."""
     for b in range(motion.bearings.shape[0]):
         x, y = motion.bearings[b].gradient[0], motion.bearings[b].gradient[1]
         if abs(x - y) <= NEAR * max(abs(x), abs(y)):
@@ -114,7 +114,7 @@ def _choose_gradients(motion: Motion, gradients: Array) -> None:
 
 @kernel
 def _are_near(motion: Motion, gradients: Array) -> bool:
-    """Return whether the gradients of the magnets are near the gradients in some matrices."""
+    """Return whether the gradients of the magnets are near these `gradients`."""
     largest = change = 0.0
     for b in range(motion.bearings.shape[0]):
         for axis in range(2):
@@ -132,7 +132,7 @@ def use_constant_speed(
     matrices: StepMatrices,
     constant: ConstantSpeed,
 ) -> bool:
-    """Build the matrices for the motion's constant speed; return whether they are complete, and now in use."""
+    """Build the matrices for the motion's constant speed; return whether they are complete and thus in use."""
     if not is_for(matrices, key):
         choose_levels(structure, motion, sites, key, matrices)
     sizes, speed = matrices.sizes[0], constant.speed[0]
@@ -156,7 +156,7 @@ def use_constant_speed(
 
 @kernel
 def use_grid(matrices: StepMatrices) -> None:
-    """Leave the matrices for a constant speed."""
+    """Switch from the matrices for a constant speed to the matrices of the grid."""
     sizes = matrices.sizes[0]
     sizes.place, sizes.isotropic = 0.0, sizes.grid_isotropic
     matrices.gradients[:] = 0.0
@@ -164,7 +164,7 @@ def use_grid(matrices: StepMatrices) -> None:
 
 @kernel
 def _slot_for(matrices: StepMatrices, Omega: float, gradients: Array, others: Array) -> int:
-    """Return the slot with the matrices of a speed and gradients; else assign one that does not hold the `others`."""
+    """Return the slot for this speed and these gradients, or assign one that does not contain the `others`."""
     for which in range(N_CONSTANT):
         if _is_of(matrices, which, Omega, gradients):
             return which
@@ -177,7 +177,7 @@ def _slot_for(matrices: StepMatrices, Omega: float, gradients: Array, others: Ar
 
 @kernel
 def _is_of(matrices: StepMatrices, which: int, Omega: float, gradients: Array) -> bool:
-    """Return whether a slot contains rows for a speed and gradients."""
+    """Return whether a slot contains rows for this speed and these gradients."""
     is_begun = matrices.slots[FIRST_CONSTANT + which].index == CONSTANT + which
     same = matrices.constant[which, 0] == Omega and same_bits(matrices.constant[which, 1:], gradients)
     return bool(is_begun and same)
@@ -187,7 +187,7 @@ def _is_of(matrices: StepMatrices, which: int, Omega: float, gradients: Array) -
 def _build(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, share: float
 ) -> None:
-    """Build a slot up to a share, and finally the matrices of a whole step."""
+    """Build a share of a slot, and the matrices of a whole step once the slot is complete."""
     slot, place = FIRST_CONSTANT + which, CONSTANT + which
     if not is_complete(matrices, slot, place):
         build_slot(structure, motion, sites, matrices, slot, place, share)

@@ -70,7 +70,7 @@ def take_whole_step(w: Workspace, matrices: StepMatrices, h: float) -> bool:
 
 @kernel
 def _can_be_whole(w: Workspace, matrices: StepMatrices, in_contact: bool) -> bool:
-    """Return whether the speed is constant, no race turns, and contact is in fixed retainers and sufficiently slow."""
+    """Return whether the speed is constant, no race turns, and all contact is in fixed retainers and slow enough."""
     place = matrices.sizes[0].place
     if place == 0.0:
         return False
@@ -100,8 +100,8 @@ def _keep_contact(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> boo
 def _is_clear(w: Workspace, whole: WholeStep, k: int, h: float, margin: float) -> bool:
     """Return whether a free journal stays clear of its retainer over a step from z to z_new.
 
-    The path between both ends is clear by `margin` times the clearance, or the path between Lobatto points is clear;
-    near a housing that moves, the latter is not known.
+    This is so if the path between both ends keeps a distance of `margin` times the clearance, or if the path between
+    the Lobatto points is clear. The second path is not known relative to a housing that can move.
     """
     site, stages = w.sites[k], stages_of(w.stages)
     begin, end = journal_of(site, stages.z, w.n), journal_of(site, stages.z_new, w.n)
@@ -118,6 +118,6 @@ def _is_clear(w: Workspace, whole: WholeStep, k: int, h: float, margin: float) -
 
 @kernel
 def _journal(site: Site, response: Array, number: int) -> Point:
-    """Return the journal relative to its retainer's centre at a Lobatto point after the first."""
+    """Return the motion of the journal relative to its retainer's centre, at a Lobatto point after the first."""
     at = observed(response).journal[number]
     return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)

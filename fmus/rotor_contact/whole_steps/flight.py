@@ -1,6 +1,6 @@
 """A whole step of free flight (`whole_step`).
 
-Where the present gradients g of the magnets differ from those in the matrices, g_0, the forces change by
+Where the present gradients g of the magnets differ from the gradients g_0 in the matrices, the forces change by
 
     d_j = (g - g_0) (q(c_j h) - q(0)),    q(c_j h) by the cubic through q and q' at both ends
 """

@@ -2,11 +2,11 @@
 
     (q, v, w_A, w_B)(h) = x F,    x = (q, v, 1, 0, A, B, f, d_1, d_2, d_3, c_0, .., c_3)(0)
 
-f are the forces of the magnets with the gradients in the matrices (`constant_speed`), held over the step, d_j their
-changes at the later Lobatto points if the present gradients differ from these (`flight`), and c_j the contact forces of
-all sites at Lobatto point j (`collocation`). A w_A + B w_B is the work of the unbalance (`piece_energy`), x . H x the
-heat of all damping, x . G x the work of the spin and of seals (`matrix_dampers`, `matrix_powers`). S observes each
-site: its acceleration without contact at both ends, and its place and velocity at the later Lobatto points.
+f are the magnet forces for the gradients in the matrices (`constant_speed`); they are held over the step. d_j are their
+changes at the later Lobatto points if the present gradients differ from these (`flight`), and c_j are the contact
+forces of all sites at Lobatto point j (`collocation`). A w_A + B w_B is the work of the unbalance (`piece_energy`), x .
+H x the heat of all damping, x . G x the work of the spin and of seals (`matrix_dampers`, `matrix_powers`). S observes
+each site: its acceleration without contact at both ends, and its position and velocity at the later Lobatto points.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def derive_whole_step(
 
 @kernel
 def _sum_form(matrices: StepMatrices, form: Array, target: Array, adds: bool, is_new: bool) -> None:
-    """Write or add the lower triangle of a quadratic form of a step, with elements off the diagonal doubled."""
+    """Write the lower triangle of a quadratic form of a step, or add it; elements off the diagonal are doubled."""
     for row in range(target.shape[0]):
         for other in range(row + 1):
             if not (is_new or is_of_inputs(matrices, row) or is_of_inputs(matrices, other)):
@@ -107,10 +107,10 @@ def _sum_motion(matrices: StepMatrices, level: Level, whole: WholeStep, row: int
 def _observe_ends(
     Minv: Array, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, whole: WholeStep, row: int
 ) -> None:
-    """Write the contact-free acceleration of the sites at the end: -K q - C v there, and that due to the present force.
+    """Write the sites' contact-free acceleration at the end: -K q - C v plus the effect of the present force.
 
-    By then the unbalance has turned by the angle phi = Omega h: A = 1 has become cos(phi) of the first direction and
-    sin(phi) of the second, and B = 1 has become -sin(phi) and cos(phi) of them.
+    By then the unbalance has turned by the angle phi = Omega h. A = 1 has therefore become cos(phi) times the first
+    direction plus sin(phi) times the second; B = 1 has become -sin(phi) times the first plus cos(phi) times the second.
     """
     n, caused, end = int(matrices.sizes[0].n), accelerations(motion), whole.F[row]
     KC = coefficients_at(matrices, FIRST_CONSTANT + which).columns
@@ -170,7 +170,7 @@ def _observe_work(motion: Motion, matrices: StepMatrices, level: Level, whole: W
 
 @kernel
 def begin_whole_step(w: Workspace, matrices: StepMatrices) -> None:
-    """Write x at z, without contact forces and changes of magnets; derive the matrices for the present inputs."""
+    """Write x at z, without contact forces or changes of magnet forces; derive the matrices for the present inputs."""
     motion, z, which = w.motion, stages_of(w.stages).z, int(matrices.sizes[0].place - CONSTANT)
     if not is_derived(matrices, which):
         derive_whole_step(w.Minv, motion, w.sites, matrices, which, False)

@@ -24,8 +24,8 @@ class WholeStep(NamedTuple):
     x, end
         The argument and the result of F.
     free_response, contact_response
-        Observations of each site without contact, with the contact forces at the first point, and due to those at the
-        other points, shape (n_sites, N_OBSERVED) each.
+        Observations of each site without contact, to which the effect of contact forces at the first point is added,
+        and observations due to the contact forces at the other points, shape (n_sites, N_OBSERVED) each.
     """
 
     F: Array
@@ -62,7 +62,7 @@ def whole_step_of(matrices: StepMatrices, which: int) -> WholeStep:
 
 @views
 def first_held(matrices: StepMatrices) -> int:
-    """Return the first row of the forces of magnets that are held over the step; their changes follow."""
+    """Return the first row of the magnets' forces, which are held over the step; the rows of their changes follow."""
     return 2 * int(matrices.sizes[0].n) + 4
 
 
@@ -81,7 +81,7 @@ def observed(response: Array) -> np.record:
 
 @kernel
 def is_of_inputs(matrices: StepMatrices, row: int) -> bool:
-    """Return whether a row depends on the amplitudes of the inputs: the rows of 1, 0, A and B do."""
+    """Return whether a row depends on the amplitudes of the inputs, as the rows of 1, 0, A and B do."""
     return bool(2 * matrices.sizes[0].n <= row < 2 * matrices.sizes[0].n + 4)
 
 
@@ -93,7 +93,7 @@ def count_of(matrices: StepMatrices, row: int) -> int:
 
 @kernel
 def row_of(matrices: StepMatrices, row: int, number: int) -> int:
-    """Return the row of the matrices of a step that is number `number` of those summed in a row of a whole step."""
+    """Return number `number` of the rows of a step's matrices that are summed in a row of a whole step."""
     first, n_ports = first_held(matrices), int(matrices.sizes[0].n_ports)
     if row < first:
         return row
