@@ -1,4 +1,4 @@
-"""The actuator: the axes of its bearings, from demanded currents and displacements to forces and their gradients."""
+"""The actuator: computes forces and their gradients from demanded currents and displacements, for each bearing axis."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class AxisResponse(NamedTuple):
 
 
 class EquivalentCurrents(NamedTuple):
-    """Equivalent currents of the pairs: upper + per_upper times the deviation of the current, likewise lower (A, 1)."""
+    """Equivalent currents of both coil pairs (A), such as upper + per_upper times the upper current's deviation."""
 
     upper: float
     per_upper: float
@@ -65,7 +65,7 @@ def fault_code(kind: int, axis: int, n_axes: int) -> int:
 
 @inlined_kernel
 def is_beyond_gap(axis: np.record, u: np.record) -> bool:
-    """Return whether the displacement of an axis is a fault, |x| >= l with air gap l, or 1.1 l without power.
+    """Return whether the displacement of an axis is a fault: |x| >= l for the air gap l, or |x| >= 1.1 l without power.
 
     An energised magnet would pull the rotor into the stator. Without power the rotor may lie on the stator, where its
     contact keeps |x| near l.
@@ -78,8 +78,8 @@ def is_beyond_gap(axis: np.record, u: np.record) -> bool:
 def place_of_force(axis: np.record, u: np.record) -> float:
     """Return the displacement (m) at which the force of an axis is evaluated.
 
-    It is x with power. Without power it is limited to +-0.99 l, since decaying currents would pull without limit at x =
-    l.
+    While the amplifier is on, this is x. Without power it is limited to +-0.99 l, because decaying currents would exert
+    an unlimited pull at x = l.
     """
     x: float = u.displacement
     limit = AT_STATOR * axis.gap
@@ -103,7 +103,7 @@ def coil_pairs(axes: Axes, k: int) -> CoilPairs:
 
 @inlined_kernel
 def respond(axes: Axes, k: int, pairs: CoilPairs, step_size: float) -> AxisResponse:
-    """Advance the currents of axis k over a step (s); if it is 0 s, set them to the steady state of the command."""
+    """Advance the currents of axis k by a step (s), or set them to their steady state if the step is 0 s."""
     axis, u, deviation, amplifier = axes.parameters[k], axes.inputs[k], axes.deviations[k], axes.common[0].amplifier
     i_c = commanded_current(axis, u, amplifier)
     if step_size == 0.0:
@@ -135,9 +135,9 @@ def check(axes: Axes) -> int:
 
 @inlined_kernel
 def working_share(turns: float, current: float, axis: np.record) -> float:
-    """Return the share of a coil pair's current (A) that a working fraction of its turns leaves.
+    """Return the fraction of a coil pair's current (A) that remains effective when only some of its turns work.
 
-    Lost turns take nothing from the permanent magnets.
+    Lost turns do not reduce the contribution of permanent magnets.
     """
     permanent: float = axis.permanent_bias
     return turns if permanent == 0.0 or current == 0.0 else (turns * (current - permanent) + permanent) / current
@@ -145,7 +145,7 @@ def working_share(turns: float, current: float, axis: np.record) -> float:
 
 @inlined_kernel
 def working_coils(axes: Axes, k: int, response: AxisResponse) -> Coils:
-    """Return the currents of axis k at the end of the step, or averaged over it, and its working turns."""
+    """Return the working turns of axis k, and its currents at the end of the step or averaged over the step."""
     axis, u, upper, lower = axes.parameters[k], axes.inputs[k], response.upper, response.lower
     above, below = (upper.mean, lower.mean) if axes.common[0].mean_current != 0.0 else (upper.current, lower.current)
     upper_turns = working_share(1.0 - u.coil_loss_upper, axis.static_current + axis.bias_current + above, axis)
@@ -155,7 +155,7 @@ def working_coils(axes: Axes, k: int, response: AxisResponse) -> Coils:
 
 @kernel
 def equivalent_currents(law: float, axis: np.record, x: float) -> EquivalentCurrents:
-    """Return the equivalent currents (A) of the coil pairs over their deviations, see `eddy_currents`."""
+    """Return the equivalent currents (A) of the coil pairs as functions of their deviations; see `eddy_currents`."""
     if law == NONLINEAR:
         upper, lower = axis.gap / (axis.gap - x), axis.gap / (axis.gap + x)
         above, below = upper * (axis.static_current + axis.bias_current), lower * axis.bias_current
@@ -166,9 +166,9 @@ def equivalent_currents(law: float, axis: np.record, x: float) -> EquivalentCurr
 
 @kernel
 def lagged_coils(axes: Axes, k: int, pairs: CoilPairs, response: AxisResponse, step_size: float) -> Coils:
-    """Return the coils of axis k with the currents that correspond to the fluxes, which lag due to eddy currents.
+    """Return the coils of axis k with the currents that correspond to the fluxes, which lag because of eddy currents.
 
-    The lags are advanced by `step_size` (s), or set to a steady state if it is 0 s.
+    The lags are advanced by `step_size` (s), or set to a steady state if `step_size` is 0 s.
     """
     coils = working_coils(axes, k, response)
     common, axis, motion, lags = axes.common[0], axes.parameters[k], axes.motion[0], axes.lags[0]
@@ -198,7 +198,7 @@ def lagged_coils(axes: Axes, k: int, pairs: CoilPairs, response: AxisResponse, s
 
 @inlined_kernel
 def write_outputs(axes: Axes, k: int, response: AxisResponse, coils: Coils) -> None:
-    """Write the outputs of axis k from the response of its coil pairs and the coils that give its force."""
+    """Write the outputs of axis k, given the response of its coil pairs and the coils that determine its force."""
     p, axis, u, y = axes.common[0], axes.parameters[k], axes.inputs[k], axes.outputs[k]
     x, upper, lower = place_of_force(axis, u), response.upper, response.lower
     y.force, y.gradient = force(p.force_law, axis, x, coils, p.total_force != 0.0)
@@ -220,7 +220,7 @@ def write_outputs(axes: Axes, k: int, response: AxisResponse, coils: Coils) -> N
 
 @noinline_kernel
 def advance_lagged_axis(axes: Axes, k: int, step_size: float) -> None:
-    """Advance axis k, whose flux lags behind its currents; the flux, and so the force, does not follow at once."""
+    """Advance axis k, whose flux, and therefore force, lags behind its currents."""
     pairs = coil_pairs(axes, k)
     response = respond(axes, k, pairs, step_size)
     write_outputs(axes, k, response, lagged_coils(axes, k, pairs, response, step_size))
@@ -229,7 +229,7 @@ def advance_lagged_axis(axes: Axes, k: int, step_size: float) -> None:
 
 @kernel
 def advance(axes: Axes, step_size: float) -> int:
-    """Advance all axes over a step (s), or set them to a steady state if the step is 0 s, and return the fault code."""
+    """Advance all axes by a step (s), or set them to a steady state if the step is 0 s, and return the fault code."""
     fault = check(axes)
     if fault != 0:
         return fault
@@ -245,7 +245,7 @@ def advance(axes: Axes, step_size: float) -> int:
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Set the coil currents to the steady state of the first command, and return the fault code."""
+    """Set the coil currents to their steady state under the first command, and return the fault code."""
     return advance(views_of(constants, parameters, inputs, state, outputs), 0.0)
 
 
@@ -268,7 +268,7 @@ def step(
 
 
 def constants_for(bearings: Sequence[str], thrust: str = "") -> Array:
-    """Return the constants of the actuator of these bearings, and of a thrust magnet of this name."""
+    """Return the constants of an actuator with these bearings and, if `thrust` is given, a thrust magnet."""
     return np.array([len(axes_of(bearings, thrust))], dtype=np.float64)
 
 
@@ -279,9 +279,9 @@ def n_state(constants: Array) -> int:
 
 
 def model_for(bearings: Sequence[str], thrust: str = "") -> Model:
-    """Return the actuator of bearings with these names; its constants are those of `constants_for` the same names.
+    """Return an actuator for bearings with these names; `constants_for` returns its constants for the same names.
 
-    A thrust magnet with the name `thrust` has one axis, z, along the shaft.
+    If `thrust` is given, the actuator also has a thrust magnet of that name, with one axis, z, along the shaft.
 
     Raises
     ------

@@ -6,8 +6,9 @@ The command is constant over a step, so the current obeys a sequence of first-or
     at the voltage limit L di/dt = +-V - R i                as long as the regulator demands more than V
     off                  L di/dt = -V_d - R i               until i = 0; V_d = 0: only the coil's resistance
 
-The voltage is at its limit until i reaches I_leave = (L omega I_ref -+ V)/(L omega - R), after a time given by a
-logarithm, and does not reach the limit again before the command changes. A step of any length is exact.
+The voltage is at its limit until i reaches I_leave = (L omega I_ref -+ V)/(L omega - R). A logarithm gives the time
+until then. The voltage does not reach the limit again before the command changes. The solution is exact for a step of
+any length.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ class CoilPair(NamedTuple):
     """A coil pair of an axis, which carries the current i = operating_current + sign * deviation.
 
     operating_current
-        Coil current at the operating point (A): I_s + I_b - I_m of the upper pair, I_b - I_m of the lower pair, with
-        the part I_m of permanent magnets.
+        Coil current at the operating point (A): I_s + I_b - I_m for the upper pair and I_b - I_m for the lower pair,
+        where I_m is the part that permanent magnets contribute.
     sign
         +1 for the upper pair, -1 for the lower pair.
     deviation
@@ -57,17 +58,18 @@ class Course(NamedTuple):
 
 
 class CoilCourses(NamedTuple):
-    """The current of a coil pair over a step, in two parts, as deviations from the operating point.
+    """The current of a coil pair during a step, in two parts, as deviations from the operating point.
 
     first
-        With the voltage at its limit, or until the coil is discharged.
+        First part, during which the voltage is at its limit or the coil discharges.
     last
         The rest of the step.
     voltage, per_current
-        Voltage of the last part at its target (V), and the rise of this voltage per remaining change of current (V/A):
-        R i + L di/dt with di/dt = rate (target - i), so the rise is sign (L rate - R).
+        Voltage (V) when the current reaches the target of the last part, and the additional voltage per remaining
+        change of the deviation (V/A). The voltage is R i + L di/dt, and di/dt is the rate times the remaining change,
+        so the second value is sign (L rate - R).
     limited
-        1 if the voltage is at its limit at any time in the step, else 0.
+        1 if the voltage is at its limit at any time during the step, else 0.
     """
 
     first: Course
@@ -78,16 +80,16 @@ class CoilCourses(NamedTuple):
 
 
 class CoilResponse(NamedTuple):
-    """A coil pair after a step, with currents as deviations from the operating point.
+    """State of a coil pair after a step; its currents are deviations from the operating point.
 
     current
-        At the end of the step (A).
+        Current at the end of the step (A).
     mean
-        Average over the step (A).
+        Average current over the step (A).
     voltage
-        At the end of the step (V).
+        Voltage at the end of the step (V).
     limited
-        1 if the voltage was at its limit at any time in the step, else 0.
+        1 if the voltage was at its limit at any time during the step, else 0.
     """
 
     current: float
@@ -98,17 +100,17 @@ class CoilResponse(NamedTuple):
 
 @inlined_kernel
 def demanded_current(p: np.record, u: np.record) -> float:
-    """Return the demanded control current (A): a current, a voltage times the amplifier's gain, or the sum of both."""
+    """Return the demanded control current (A): the demanded current plus gain times command voltage."""
     demand: float = u.demanded_current + p.amplifier_gain * u.command_voltage
     return demand
 
 
 @inlined_kernel
 def commanded_current(p: np.record, u: np.record, amplifier: float) -> float:
-    """Limit the demanded control current to the I_c (A) that the coils and, if dynamic, the voltage limit can sustain.
+    """Return the demanded control current, limited to values I_c (A) that the coils and amplifier can sustain.
 
-    Both coil currents stay within [0, current_limit], and within R I <= V with a dynamic amplifier. Permanent magnets
-    allow currents of both signs, see `force.least_and_most`.
+    Both coil currents stay within [0, current_limit]; if the amplifier is dynamic, they also satisfy R I <= V.
+    Permanent magnets allow currents of both signs; see `force.least_and_most`.
     """
     limit = p.current_limit
     if amplifier == DYNAMIC:
@@ -131,7 +133,7 @@ def first_order_response(i: float, target: float, z: float) -> tuple[float, floa
 
 @inlined_kernel
 def end_and_mean(course: Course) -> tuple[float, float]:
-    """Return the current at the end of its course, and its average (A)."""
+    """Return the current at the end of a course, and its average over the course (A)."""
     if course.rate == 0.0:
         return course.begin, course.begin
     return first_order_response(course.begin, course.target, course.rate * course.duration)
@@ -139,7 +141,7 @@ def end_and_mean(course: Course) -> tuple[float, float]:
 
 @inlined_kernel
 def held(deviation: float, duration: float) -> Course:
-    """Return the course of a constant current (A)."""
+    """Return the course of a current that stays constant (A)."""
     return Course(deviation, deviation, 0.0, duration)
 
 
@@ -152,9 +154,9 @@ def course_at_voltage(p: np.record, pair: CoilPair, v: float, duration: float) -
 
 @inlined_kernel
 def discharge(p: np.record, pair: CoilPair, h: float) -> CoilCourses:
-    """Return the courses of the current over `h` (s) while the amplifier is off.
+    """Return the courses of the current during a step of `h` (s) while the amplifier is off.
 
-    Diodes feed the current back to the supply, against its voltage V_d, until it is zero.
+    Diodes feed the current back to the supply, against the voltage V_d of the supply, until the current is zero.
     """
     i = pair.operating_current + pair.sign * pair.deviation
     direction = math.copysign(1.0, i)
@@ -170,7 +172,7 @@ def discharge(p: np.record, pair: CoilPair, h: float) -> CoilCourses:
 
 @inlined_kernel
 def regulated(p: np.record, pair: CoilPair, i_c: float, h: float) -> CoilCourses:
-    """Return the courses of the current under the current regulator with its voltage limit.
+    """Return the courses of the current while a regulator with limited voltage controls it.
 
     Parameters
     ----------
@@ -205,7 +207,7 @@ def regulated(p: np.record, pair: CoilPair, i_c: float, h: float) -> CoilCourses
 
 @inlined_kernel
 def coil_courses(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier: float, h: float) -> CoilCourses:
-    """Return the courses of the current of a coil pair over a step.
+    """Return the courses of a coil pair's current during a step.
 
     Parameters
     ----------
@@ -231,7 +233,7 @@ def coil_courses(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifi
 
 @inlined_kernel
 def response(courses: CoilCourses, h: float) -> CoilResponse:
-    """Return a coil pair after a step of `h` (s) with these courses."""
+    """Return the state of a coil pair after a step of `h` (s) with these courses."""
     first, last = courses.first, courses.last
     current, mean = end_and_mean(last)
     if first.duration > 0.0:
@@ -242,12 +244,12 @@ def response(courses: CoilCourses, h: float) -> CoilResponse:
 
 @inlined_kernel
 def coil_step(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier: float, h: float) -> CoilResponse:
-    """Advance a coil pair over a step, with the arguments of `coil_courses`."""
+    """Return the state of a coil pair after a step; the arguments are those of `coil_courses`."""
     return response(coil_courses(p, u, pair, i_c, amplifier, h), h)
 
 
 @inlined_kernel
 def steady_coil(p: np.record, u: np.record, pair: CoilPair, i_c: float) -> CoilResponse:
-    """Return a coil pair in the steady state of its command `i_c` (A), or without current if the amplifier is off."""
+    """Return a coil pair in steady state under the command `i_c` (A), or without current if the amplifier is off."""
     deviation = -pair.sign * pair.operating_current if u.amplifier_off != 0.0 else i_c
     return CoilResponse(deviation, deviation, p.resistance * (pair.operating_current + pair.sign * deviation), 0.0)

@@ -8,19 +8,20 @@ ln p turns (1) into a sum of first-order lags with positive weights. Such a sum 
 
     G_n(s) = sum c_k p_k/(s + p_k),   sum c_k = 1                                                                    (2)
 
-Successive poles differ by the factor `RATIO`, from `LOWEST` omega_e on. The tails of the integral below a omega_e and
-above b omega_e have the weights 2/pi atan(sqrt(a)) and 2/pi atan(1/sqrt(b)), and the poles a/3 and 3 b, which keep the
-first moments of these parts. G_n is within 0.05 % of G up to 100 omega_e, 0.1 % up to 1000 omega_e, and 0.25 % up to
+Successive poles differ by the factor `RATIO`, beginning at `LOWEST` omega_e. The tails of the integral, below a omega_e
+and above b omega_e, have the weights 2/pi atan(sqrt(a)) and 2/pi atan(1/sqrt(b)). Their poles, a/3 and 3 b, preserve
+the first moments of the tails. G_n is within 0.05 % of G up to 100 omega_e, 0.1 % up to 1000 omega_e, and 0.25 % up to
 10,000 omega_e.
 
-The flux lags. It is written as an equivalent current v of a coil pair, in which the force law needs no displacement:
+The flux lags. It is written as an equivalent current v of a coil pair, so that the force law does not depend on the
+displacement:
 
     nonlinear    v = i l/(l -+ x)        the current with the same flux mu_0 N v/l at the centre
     linear       v = i +- x K_s/K_i      F = K_i v
 
-The force is that of the lagged v, so that F = G(s) (K_i I_c + K_s x) about the centre. The current of a coil pair is
-known over a step (`amplifier.Course`), and (2) is exact for it. The displacement is extrapolated to the middle of the
-step, with an error of second order. Working turns act on the lagged flux at once.
+The force is computed from the lagged v, so that F = G(s) (K_i I_c + K_s x) about the centre. The current of a coil pair
+is known over a step (`amplifier.Course`), and (2) is exact for it. The displacement is extrapolated to the middle of
+the step, with an error of second order. Working turns act on the lagged flux at once.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ _INNER = 22  # poles between the two of the tails
 
 
 class HalfOrderLag(NamedTuple):
-    """Poles of (2) over the corner frequency, in ascending order, and their weights."""
+    """Poles of (2), divided by the corner frequency and in ascending order, and their weights."""
 
     poles: tuple[float, ...]
     weights: tuple[float, ...]
@@ -68,7 +69,7 @@ class Flux(NamedTuple):
 
 @kernel
 def steady_flux(lags: Array, v: float) -> Flux:
-    """Set the lags (A) of a coil pair to the steady state of an equivalent current v (A)."""
+    """Set the lags (A) of a coil pair to their steady state under an equivalent current v (A)."""
     for k in range(N_POLES):
         lags[k] = v
     return Flux(v, v)
@@ -78,16 +79,16 @@ def steady_flux(lags: Array, v: float) -> Flux:
 def lagged_flux(
     lags: Array, offset: float, slope: float, courses: CoilCourses, mean_current: float, omega_e: float, h: float
 ) -> Flux:
-    """Advance the lags of a coil pair over a step.
+    """Advance the lags of a coil pair by a step.
 
     Parameters
     ----------
     lags
         Outputs of the first-order lags (A), shape (N_POLES,); they are changed.
     offset, slope
-        Equivalent current v = offset + slope times the deviation of the current (A, 1).
+        Offset (A) and slope (1) of the equivalent current, v = offset + slope times the deviation of the current.
     courses, mean_current
-        The coil pair's current over the step, as deviations from the operating point, and its average (A).
+        The coil pair's current during the step and its average, both as deviations from the operating point (A).
     omega_e
         Corner frequency (rad/s).
     h
@@ -106,7 +107,7 @@ def lagged_flux(
 
 @kernel
 def _followed(p: float, y: float, offset: float, slope: float, course: Course) -> float:
-    """Return a lag y' = p (v - y) after a course of v = offset + slope i, from the value y on.
+    """Return the value of a lag y' = p (v - y) that begins at y, after a course of v = offset + slope i.
 
     With i = i_t + (i_0 - i_t) exp(-r t):
 

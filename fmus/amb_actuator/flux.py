@@ -11,7 +11,7 @@ MU_0 = 4e-7 * math.pi  # H/m, permeability of vacuum as the thesis uses it
 
 @kernel
 def flux_density(turns: float, current: float, distance: float) -> float:
-    """Return the flux density (T) without saturation, b = mu_0 N I / distance, of a current (A) across a gap (m)."""
+    """Return the flux density (T) of a current (A) across a gap (m), without saturation: b = mu_0 N I / distance."""
     return MU_0 * turns * current / distance
 
 
@@ -23,8 +23,8 @@ def limited_flux(b: float, b_sat: float, width: float) -> tuple[float, float]:
     B = b - (b - b_1)^2 / (4 width b_sat)                     up to b_2 = (1 + width) b_sat
     B = b_sat                                                 beyond
 
-    B and its slope are continuous. Below the knee b_1 nothing changes, so that the linearisation at the operating
-    point is that of (2.8, 2.9); at b_2 the limit is reached, not only approached.
+    B and its slope are continuous. Below the knee b_1 nothing changes, so the linearisation at the operating point is
+    still that of (2.8, 2.9). The limit is reached at b_2, not just approached.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def pull_of_flux(flux: float, pole_area: float, half_angle: float) -> float:
 
 
 def saturation_flux(force: float, pole_area: float, half_angle: float) -> float:
-    """Return B_sat (T) with which a coil pair pulls at most `force` (N): the inverse of `pull_of_flux`.
+    """Return the B_sat (T) that limits the pull of a coil pair to `force` (N); this is the inverse of `pull_of_flux`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Force of a bearing axis (thesis 2.6) and its linearisation (2.7 to 2.9), also with lost turns or currents.
+"""Force of a bearing axis (thesis 2.6) and its linearisation (2.7 to 2.9); turns and currents may be lost.
 
     upper coil pair (I_s + I_b + I_c)          x > 0 towards the upper pair
           ========                             F > 0 towards the upper pair
@@ -7,11 +7,11 @@
           ========
     lower coil pair (I_b - I_c)
 
-    Permanent magnets, if there are any, count as a constant part I_m of the currents: the coils carry the rest, and
-    without power I_m stays.
+    Permanent magnets, if there are any, count as a constant part I_m of the currents. The coils carry the rest, and
+    only I_m remains without power.
 
-    F = K_s x + K_i I_c: both constants are positive. K_s > 0 pulls the rotor further away from the
-    centre; the bearing is unstable without control.
+    In F = K_s x + K_i I_c both constants are positive. The force K_s x pulls the rotor further away from the centre, so
+    the bearing is unstable without control.
 
 `k_s`, `k_i` are constants of the bearing (N/m, N/A). They are not gains of the controller.
 """
@@ -32,9 +32,9 @@ class Coils(NamedTuple):
     """Coil currents and working turns, which together with the displacement give the force.
 
     upper, lower
-        Deviations of the two coil currents from the operating point (A), both positive where they pull towards
-        positive x: with permanent magnets, the pairs have I_s + I_b + upper and I_b - lower. A healthy bearing has both
-        equal to I_c.
+        Deviations of the two coil currents from the operating point (A). Both are positive if they increase the pull
+        towards positive x. Including the part of permanent magnets, the upper current is I_s + I_b + upper, and the
+        lower one is I_b - lower. In a healthy bearing both deviations equal I_c.
     upper_turns, lower_turns
         Working fractions of the turns, 0 to 1.
     """
@@ -46,7 +46,7 @@ class Coils(NamedTuple):
 
 
 class Pull(NamedTuple):
-    """Pull of a coil pair (N), its decrease per distance (N/m) and its increase per ampere (N/A), all >= 0."""
+    """Pull of a coil pair (N), its decrease per metre of distance (N/m) and its increase per ampere (N/A), all >= 0."""
 
     force: float
     per_distance: float
@@ -55,7 +55,7 @@ class Pull(NamedTuple):
 
 @kernel
 def negative_stiffness(p: np.record) -> float:
-    """Return K_s of a bearing axis (N/m), the force per displacement at the operating point; positive: destabilising.
+    """Return K_s of a bearing axis (N/m), the force per displacement at the operating point; K_s > 0 is destabilising.
 
     K_s = 2 mu_0 A_e N^2 / l^3 cos(phi) [(I_s + I_b)^2 + I_b^2]     (2.8)
 
@@ -83,7 +83,7 @@ def current_stiffness(p: np.record) -> float:
 
 @kernel
 def current_per_displacement(law: float, p: np.record) -> float:
-    """Return K_s/K_i of a linear law (A/m), the control current per displacement of equal force; 0 without K_i."""
+    """Return K_s/K_i of a linear law (A/m), the current that exerts the force of a unit displacement; 0 if K_i = 0."""
     k_s, k_i = negative_stiffness(p), current_stiffness(p)
     if law == MEASURED:
         k_s, k_i = p.k_s_measured, p.k_i_measured
@@ -93,7 +93,7 @@ def current_per_displacement(law: float, p: np.record) -> float:
 
 @kernel
 def least_and_most(limit: float, permanent: float) -> tuple[float, float]:
-    """Return the least and the largest current of a coil pair together with its permanent magnets (A).
+    """Return the least and the largest current (A) of a coil pair, including the part of its permanent magnets.
 
     The coil itself carries at most +-limit, and does not reverse the flux.
     """
@@ -111,9 +111,9 @@ def limited_current(demand: float, bias: float, static: float, limit: float, per
 
 @kernel
 def pull(p: np.record, current: float, distance: float) -> Pull:
-    """Return the pull of a coil pair with a current (A) over a distance (m): P = B^2 A_e cos(phi)/mu_0.
+    """Return the pull of a coil pair across a distance (m), given its current (A): P = B^2 A_e cos(phi)/mu_0.
 
-    B is limited by the iron. Without saturation P = mu_0 N^2 A_e cos(phi) I^2 / distance^2, a term of (2.6).
+    Saturation of the iron limits B. Without saturation P = mu_0 N^2 A_e cos(phi) I^2 / distance^2, a term of (2.6).
     """
     per_ampere = flux_density(p.turns, 1.0, distance)
     b = per_ampere * current
@@ -125,13 +125,13 @@ def pull(p: np.record, current: float, distance: float) -> Pull:
 
 @kernel
 def static_pull(p: np.record) -> float:
-    """Return the static load F_0 that a healthy axis carries at its centre without control current (N), by (2.6)."""
+    """Return the static load F_0 (N) by (2.6), which a healthy axis carries at its centre without control current."""
     return pull(p, p.static_current + p.bias_current, p.gap).force - pull(p, p.bias_current, p.gap).force
 
 
 @kernel
 def nonlinear_force(p: np.record, x: float, c: Coils, total: bool = False) -> tuple[float, float]:
-    """Return the force (N) and its gradient (N/m): P_upper - P_lower, less F_0 unless it is `total`     (2.6)."""
+    """Return P_upper - P_lower (N), minus F_0 unless `total` is true, and its gradient (N/m) (2.6)."""
     upper = pull(p, c.upper_turns * (p.static_current + p.bias_current + c.upper), p.gap - x)
     lower = pull(p, c.lower_turns * (p.bias_current - c.lower), p.gap + x)
     carried = 0.0 if total else static_pull(p)
@@ -142,17 +142,18 @@ def nonlinear_force(p: np.record, x: float, c: Coils, total: bool = False) -> tu
 def linear_force(p: np.record, k_s: float, k_i: float, x: float, c: Coils, total: bool = False) -> tuple[float, float]:
     """Return the force (N) and its gradient (N/m) of the linear law F = K_s x + K_i I_c     (2.7).
 
-    If turns or bias are lost, it is (2.6) linearised about the remaining operating point. With a = I_s + I_b, b = I_b
-    and the working fractions n_u, n_l of the turns, currents are split into a bias level e and a control current,
+    If turns or bias are lost, the law is (2.6) linearised about the remaining operating point. Let a = I_s + I_b and b
+    = I_b, and let n_u and n_l be the working fractions of the turns. The currents are split into a bias level e and a
+    control current:
 
         i_upper = e a + I_c,   i_lower = e b - I_c,   e = (i_upper + i_lower)/(a + b)
 
         F = K_s e^2 (n_u^2 a^2 + n_l^2 b^2)/(a^2 + b^2) x + K_i e (n_u^2 a + n_l^2 b)/(a + b) I_c
             + K_i/2 [e^2 (n_u^2 a^2 - n_l^2 b^2) - (a^2 - b^2)]/(a + b)
 
-    For a healthy bearing e = 1, and the last term is zero. For the `total` force, this term is taken without its part
-    a^2 - b^2: the force is then F_0 = K_i/2 I_s at the centre of a healthy bearing, as by (2.6) with (2.9), and zero
-    without currents.
+    For a healthy bearing e = 1, and the last term is zero. For the `total` force, a^2 - b^2 is omitted from this term.
+    The force at the centre of a healthy bearing is then F_0 = K_i/2 I_s, as follows from (2.6) and (2.9), and it is
+    zero without currents.
     """
     a, b = p.static_current + p.bias_current, p.bias_current
     squares = a * a + b * b
@@ -170,7 +171,7 @@ def linear_force(p: np.record, k_s: float, k_i: float, x: float, c: Coils, total
 
 @kernel
 def force(law: float, p: np.record, x: float, c: Coils, total: bool = False) -> tuple[float, float]:
-    """Return the force (N) of an axis and its gradient over displacement (N/m).
+    """Return the force (N) of an axis and its gradient with respect to displacement (N/m).
 
     Parameters
     ----------
@@ -194,7 +195,7 @@ def force(law: float, p: np.record, x: float, c: Coils, total: bool = False) -> 
 
 @kernel
 def is_beyond_knee(p: np.record, x: float, c: Coils) -> bool:
-    """Return whether the flux density of a coil pair is beyond the knee of saturation, under every force law."""
+    """Return whether the flux density of a coil pair exceeds the knee of saturation, whichever force law is used."""
     upper = flux_density(p.turns, c.upper_turns * (p.static_current + p.bias_current + c.upper), p.gap - x)
     lower = flux_density(p.turns, c.lower_turns * (p.bias_current - c.lower), p.gap + x)
     knee: float = (1.0 - p.knee_width) * p.b_sat

@@ -37,7 +37,7 @@ POLE_FACE, HALF_POLE_ANGLE, MAX_FORCE = 1399e-6, math.radians(22.5), 1700.0
 
 
 def _axis(bearing: str, axis: str) -> list[Variable]:
-    """Declare the variables of an axis; the axis z of a thrust magnet is perpendicular to its pole faces."""
+    """Declare the variables of an axis; axis z of a thrust magnet is perpendicular to the pole faces."""
     parameter_of, input_of, output_of = at_place(f"{bearing}.{{}}_{axis}", f"{bearing.upper()}, {axis} axis")
     return [
         *_magnet(
@@ -269,12 +269,12 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
 
 
 def axes_of(bearings: Sequence[str], thrust: str = "") -> list[tuple[str, str]]:
-    """Return the axes in the order of their variables: x and y of each bearing, then z of a thrust magnet, if any."""
+    """Return the axes in the order of their variables: x and y for each bearing, then z if there is a thrust magnet."""
     return [*((bearing, axis) for bearing in bearings for axis in "xy"), *([(thrust, "z")] if thrust else [])]
 
 
 def interface_of(bearings: Sequence[str], thrust: str = "") -> Interface:
-    """Return the variables of an actuator of these bearings, and of a thrust magnet of this name."""
+    """Return the variables of an actuator with these bearings and, if `thrust` is given, a thrust magnet."""
     return interface(
         *_MODEL_PARAMETERS,
         repeated("axes", axes_of(bearings, thrust), _axis),

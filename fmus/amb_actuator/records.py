@@ -1,4 +1,4 @@
-"""Views of constants, parameters, inputs, outputs and state for kernels: arrays of records of the axes."""
+"""Views of constants, parameters, inputs, outputs and state, with which kernels read the axes as arrays of records."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ N_IRON_STATE = N_MOTION + 2 * N_POLES
 
 
 class Axes(NamedTuple):
-    """The arrays of an actuator: record `PARAMETERS` (length 1) and records of the axes, shape (n_axes,).
+    """The arrays of an actuator: `common` holds one record `PARAMETERS`; most others hold one record per axis.
 
     parameters, inputs, outputs, deviations
         Records `AXIS`, `AXIS_INPUTS`, `AXIS_OUTPUTS` and `DEVIATIONS`.
     iron, motion, lags
-        Records `IRON` and `MOTION` of the last axis if it belongs to a thrust magnet, else none; the lags of its coil
-        pairs (A), shape (1 or 0, 2, N_POLES).
+        Data of the last axis if it belongs to a thrust magnet, otherwise empty: records `IRON` and `MOTION`, and the
+        lags of its coil pairs (A), shape (1 or 0, 2, N_POLES).
     """
 
     common: Records
@@ -53,7 +53,7 @@ class Axes(NamedTuple):
 
 @views
 def n_axes_of(constants: Array) -> int:
-    """Return the number of axes: two per bearing, and one of a thrust magnet."""
+    """Return the number of axes: two for each bearing, and one for a thrust magnet."""
     return int(part(constants, 0, SIZES, 1)[0].n_axes)
 
 

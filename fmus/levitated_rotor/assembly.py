@@ -1,7 +1,8 @@
 """Components of an assembly and their connections.
 
 A variable of a part is called `component.variable`. Each input of a part is fed by an output of a part (a connection)
-or by an input of the assembly, which is called by the name of its shared signal or by a separate name.
+or by an input of the assembly. An input of the assembly has the name of its shared signal; without one, it has the name
+of the part input that it feeds.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ SLOPE = "_dot"  # ends the name of an input that is the slope of another input o
 
 
 def variables(part: AssembledModel, causality: Causality) -> list[tuple[str, Variable]]:
-    """Return the variables of a part by their names in the assembly, except the fault code, which the parts share."""
+    """Return the variables of a part with their names in the assembly, except the fault code, which parts share."""
     variables = part.model.interface.of(causality)
     return [(f"{part.name}.{v.name}", v) for v in variables if v.name != FAULT_CODE]
 
@@ -33,18 +34,18 @@ class Composite:
     parts
         Parts in the order in which they step.
     connections
-        The output that feeds each connected input, by the name of the input.
+        The name of the output that feeds each connected input, by the name of the input.
     signals
-        The inputs of parts that each shared signal feeds, by the name of the signal.
+        The names of the part inputs that each shared signal feeds, by the name of the signal.
     step_size
         Communication step of the system (s).
     jacobi
-        Whether all parts read the outputs of the others at the beginning of a step.
+        Whether all parts use the values that the outputs of the other parts have at the beginning of a step.
 
     Raises
     ------
     ValueError
-        If a name is not the name of an output or input of a part, or an input is fed twice.
+        If a name is not that of an output or input of a part, or if an input is fed twice.
     """
 
     parts: tuple[AssembledModel, ...]
@@ -79,7 +80,7 @@ class Composite:
 
     @cached_property
     def inputs(self) -> dict[str, list[str]]:
-        """Inputs of the assembly, signals first, each with the inputs of parts that it feeds."""
+        """Inputs of the assembly, signals first, each with the part inputs that it feeds."""
         targets: dict[str, list[str]] = {signal: [] for signal in self.signals}
         for name, source in self.sources.items():
             if name not in self.connections:
@@ -88,13 +89,13 @@ class Composite:
 
     @property
     def slopes(self) -> dict[str, str]:
-        """Inputs of the assembly that have a slope within a step, each with the input for its slope."""
+        """Inputs of the assembly that vary linearly within a step, each with the input that contains its slope."""
         fed = ((self.sources[name], self.sources.get(name + SLOPE, "")) for name in self.part_inputs)
         return {source: slope for source, slope in fed if source in self.inputs and slope in self.inputs}
 
     @property
     def sample_time(self) -> str:
-        """The parameter that splits steps: the sample time of the part that samples, or empty if there is none."""
+        """The parameter that divides steps: the sample time of the only part that samples; empty if none does."""
         sampling = [p.name for p in self.parts if p.every == 1 and SAMPLE_TIME in p.model.interface.position]
         return f"{sampling[0]}.{SAMPLE_TIME}" if len(sampling) == 1 else ""
 
@@ -104,7 +105,7 @@ class Composite:
         return self.sources.get(full, full)
 
     def wiring(self) -> Wiring:
-        """Return the wiring by positions."""
+        """Return the wiring, with variables given by their positions."""
         position = {name: k for k, name in enumerate((*self.inputs, *self.outputs))}
         return Wiring(
             sources=tuple(position[source] for source in self.sources.values()),

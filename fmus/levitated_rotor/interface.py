@@ -1,4 +1,4 @@
-"""Variable table of an assembly: variables of its parts, except the inputs that an output feeds."""
+"""Variable table of an assembly: the variables of its parts, except inputs that are fed by an output."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from levitated_rotor.assembly import Composite, variables
 
 
 def interface_of(composite: Composite) -> Interface:
-    """Return parameters of all parts, inputs of the assembly, outputs of all parts, and the fault code."""
+    """Return the parameters of all parts, the inputs of the assembly, the outputs of all parts, and the fault code."""
     return Interface((*_parameters(composite), *_inputs(composite), *_outputs(composite), FAULT))
 
 
@@ -21,7 +21,7 @@ Needs = dict[str, set[str] | None]  # variables of the assembly that an output n
 
 
 def renamed(composite: Composite, part: AssembledModel, sentence: str) -> str:
-    """Return a sentence of a part in which `{name}` names variables of the assembly."""
+    """Return a sentence of a part, with each `{name}` replaced by the name of the variable in the assembly."""
     return re.sub(
         r"\{([^}]+)\}",
         lambda match: match[0] if match[1] == STEP_SIZE else f"{{{composite.named(part, match[1])}}}",
@@ -83,7 +83,7 @@ def _direct_dependencies(composite: Composite) -> Needs:
 
 
 def _initial_dependencies(composite: Composite) -> Needs:
-    """Return the dependencies of each output at the start, None if they are not declared."""
+    """Return the variables on which each output depends at the start, or None where these are not declared."""
     needs: Needs = {}
     for part in composite.parts:
         declared = part.model.interface.initial_dependencies
@@ -94,7 +94,7 @@ def _initial_dependencies(composite: Composite) -> Needs:
 
 
 def _traced_to_inputs(composite: Composite, needs: Needs) -> dict[str, tuple[str, ...] | None]:
-    """Return the parameters and inputs of the assembly on which each output depends, also through other outputs."""
+    """Return the assembly's parameters and inputs on which each output depends, directly or through other outputs."""
     order = [name for part in composite.parts for name, _ in variables(part, "parameter")] + list(composite.inputs)
     result: dict[str, tuple[str, ...] | None] = {}
     for name in needs:

@@ -12,17 +12,17 @@ FAULTS = {1: "outputs do not settle during initialisation; the connections close
 
 
 def no_kernel(*_: object) -> NoReturn:
-    """Raise NotImplementedError: `assembly.c`, in the FMU, steps the parts of an assembly."""
+    """Raise NotImplementedError, because `assembly.c` in the FMU steps the parts of an assembly."""
     raise NotImplementedError("an assembly has no kernels of its own; build its FMU")
 
 
 def model_for(composite: Composite, name: str, description: str) -> Model:
-    """Return the model of an assembly; its constants are the constants of its parts in order.
+    """Return the model of an assembly; its constants are those of its parts, in order.
 
     Raises
     ------
     ValueError
-        If inputs that one signal feeds differ, or there are too many parts.
+        If inputs that share a signal have different types or units, or there are too many parts.
     """
     interface = interface_of(composite)
     packages = [package for part in composite.parts for package in part.model.packages]

@@ -1,4 +1,4 @@
-"""The controller: the law acts on readings minus setpoints at its own instants; its demands are limited and delayed."""
+"""The controller: at each sample, its law acts on readings minus setpoints; demands are limited and delayed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ FAULT_LIMITS = 10  # plus the number of the demand
 
 @kernel
 def first_crossed(parameters: Parameters) -> int:
-    """Return the number of the first demand with lower > upper, or -1."""
+    """Return the number of the first demand with lower > upper, or -1 if there is none."""
     for i in range(parameters.demands.shape[0]):
         if parameters.demands[i].lower > parameters.demands[i].upper:
             return i
@@ -45,7 +45,7 @@ def first_crossed(parameters: Parameters) -> int:
 
 @inlined_kernel
 def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work, sampling: bool) -> bool:
-    """Write the errors e into `work.law_inputs`; return whether one is beyond the ADC range."""
+    """Write the errors e into `work.law_inputs`; return whether a reading is beyond the ADC range."""
     errors = work.law_inputs[state.x.shape[0] :]
     for s in range(errors.shape[0]):
         errors[s] = parameters.scales[s] * inputs.signals[s].measured
@@ -60,7 +60,7 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work, sa
 def compute(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: LawMatrices, sampling: bool
 ) -> TableRows:
-    """Compute errors and demands, the latter into `state.last`; return the table rows that were used.
+    """Compute the errors, write the demands into `state.last`, and return the table rows that were used.
 
     `sampling` is false at initialisation, which takes no sample.
     """
@@ -83,7 +83,7 @@ def compute(
 
 @inlined_kernel
 def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: LawMatrices) -> None:
-    """Compute one sample: errors, demands, states of the next sample."""
+    """Take one sample: compute the errors, the demands and the states of the next sample."""
     head = state.head[0]
     bracket = compute(parameters, inputs, state, work, matrices, True)
     law.advance(matrices, bracket, state, work)
@@ -95,7 +95,7 @@ def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work
 
 @inlined_kernel
 def write_outputs(matrices: LawMatrices, state: State, outputs: Outputs) -> None:
-    """Write all outputs except the demands; states are in the order of the law."""
+    """Write all outputs except the demands; the states are written in the coordinate order of the law."""
     head, common = state.head[0], outputs.common[0]
     common.adc_limited = head.adc_limited
     common.demand_limited = head.demand_limited
@@ -106,7 +106,7 @@ def write_outputs(matrices: LawMatrices, state: State, outputs: Outputs) -> None
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Compute state and outputs at the start, without a sample; for the arguments see `Model.initialise`."""
+    """Compute the state and the outputs at the start, without a sample; for the arguments see `Model.initialise`."""
     sizes, matrices = sizes_of(constants), matrices_of(constants)
     p, memory, y = parameters_of(parameters, sizes), state_of(state, sizes), outputs_of(outputs, sizes)
     crossed = first_crossed(p)
@@ -176,9 +176,9 @@ def model_for(ports: Ports, sample_time: float) -> Model:
     Parameters
     ----------
     ports
-        Names of signals and demands, number of states.
+        Names of signals and demands, and number of states.
     sample_time
-        Time between samples, for which the matrices are made (s).
+        Time between samples (s); the matrices must be designed for it.
     """
     crossed = {
         FAULT_LIMITS + i: f"{name}.lower = {{{name}.lower}} A is not allowed; it must be <= {name}.upper = "

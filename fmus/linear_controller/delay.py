@@ -1,12 +1,12 @@
 """Demands delayed by a whole number of samples and a fraction of one.
 
-With a delay d = n + f, 0 <= f < 1, the demand computed at sample s appears at the instant t_s + (n + f) T:
+If the delay is d = n + f samples, 0 <= f < 1, the demand computed at sample s appears at the instant t_s + (n + f) T:
 
     v(t) = u_(s-n)     from t_s + f T on,   u_(s-n-1) before                          (1)
 
-For f = 0 it appears in the sample's own step, as it would without a delay. Otherwise a communication step outputs the
-mean of v over the step. This is v itself if it does not change within the step; if it does, the mean gives the correct
-impulse of the force.
+If f = 0, it applies to the whole communication step that takes sample s + n, as it would without a delay. Otherwise a
+communication step outputs the mean of v over the step. The mean equals v if v does not change within the step;
+otherwise it gives the correct impulse of the force.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ N_HISTORY = int(MAX_DELAY) + 4  # samples: the newest, those of the delay includ
 
 @kernel
 def fill(history: Array, demands: Array) -> None:
-    """Write the demands before the first sample, (n_demands,), to all of `history`, (N_HISTORY, n_demands)."""
+    """Fill `history`, shape (N_HISTORY, n_demands), with the demands before the first sample, shape (n_demands,)."""
     for k in range(history.shape[0]):
         for i in range(history.shape[1]):
             history[k, i] = demands[i]
@@ -28,7 +28,7 @@ def fill(history: Array, demands: Array) -> None:
 
 @kernel
 def store_demands(history: Array, sample: int, demands: Array) -> None:
-    """Store the demands of a sample, whose number counts from 0."""
+    """Store the demands of a sample; `sample` is its number, from 0."""
     place = sample % N_HISTORY
     for i in range(history.shape[1]):
         history[place, i] = demands[i]
@@ -36,7 +36,7 @@ def store_demands(history: Array, sample: int, demands: Array) -> None:
 
 @kernel
 def share_after(instant: float, time: float, step_size: float) -> float:
-    """Return the fraction of a step, of length `step_size` from `time`, that lies after an instant (all in s)."""
+    """Return the fraction of a step that lies after an instant; the step begins at `time` (all arguments in s)."""
     return min(max((time + step_size - instant) / step_size, 0.0), 1.0)
 
 
@@ -51,9 +51,10 @@ def write_delayed(history: Array, sample: int, delay: float, shares: tuple[float
     sample
         Number of the newest sample, from 0.
     delay
-        d, in samples.
+        Delay d, in samples.
     shares
-        Shares of the step after the changes that belong to the newest sample and to the previous one.
+        Fractions of the step that lie after two changes of v: the one at the newest sample (at t_s + f T), and the one
+        at the previous sample.
     """
     whole = int(delay)
     newest = (sample - whole + N_HISTORY) % N_HISTORY

@@ -105,7 +105,7 @@ def _state(number: int, reached: tuple[str, ...]) -> list[Variable]:
 
 
 def interface_of(ports: Ports, sample_time: float) -> Interface:
-    """Return the variables of a controller of these ports and sample time (s)."""
+    """Return the variables of a controller with these ports and this sample time (s)."""
     signals, demands = [(name,) for name in ports.signals], [(name,) for name in ports.demands]
     faulty = [f"{name}.{fault}" for name in ports.signals for fault in FAULT_INPUTS]
     measured = (*ports.signals, *faulty)

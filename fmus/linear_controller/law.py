@@ -1,19 +1,19 @@
-"""One sample of the law, limits of its demands, and their feedback to the states.
+"""One sample of the law, the limits of its demands, and the feedback of limited demands to the states.
 
     [x(n+1); u_law(n)] = M [x(n); e(n)],   u = gain u_law + offset + feedforward + jump                (1)
     u_lim = min(max(u, lower), upper),     x(n+1) += L (u_lim - u) / gain                              (2)
 
 **Wind-up.** Modes of A that decay within `slow_time`, such as filters and derivatives, recover from a limited demand by
 themselves. They continue to follow the measurement, because damping matters most while a demand is limited. Slow modes,
-such as integrators, do not recover. L acts only on them (back-calculation). While the demand is limited, they obey
-A_s - L_s C_s in their coordinates xi = W x, where A_s = W A V, C_s = C V and L = V L_s. For each mode lambda of A_s
-this matrix has the mode alpha^2 / conj(lambda), alpha = exp(-T / slow_time). This choice requires the least excess: L_s
-is the gain of a Kalman filter for A_s / alpha without process noise.
+such as integrators, do not recover. L acts only on the slow modes (back-calculation). While the demand is limited, the
+slow modes have the matrix A_s - L_s C_s in their coordinates xi = W x, where A_s = W A V, C_s = C V and L = V L_s. For
+each eigenvalue lambda of A_s, this matrix has the eigenvalue alpha^2 / conj(lambda) with alpha = exp(-T / slow_time).
+This choice requires the least excess, because L_s is the gain of a Kalman filter for A_s / alpha without process noise.
 
-**Switching on.** While the law is off its demands are `offset + feedforward`; filters follow the measurement, and slow
-modes are held at zero. At the sample that switches the law on, jump = u_last - u. It then fades as exp(-t /
-transfer_time), so no demand jumps, but the law acts in full from its first sample. A reset, which sets the slow modes
-to zero while the law is on, is handled in the same way.
+**Switching on.** While the law is off, its demands are `offset + feedforward`; filters follow the measurement, and slow
+modes are held at zero. At the sample that switches the law on, jump = u_last - u. The jump then fades as
+exp(-t/transfer_time). The demands therefore do not jump, although the law acts in full from its first sample. A reset,
+which sets the slow modes to zero while the law is on, is handled in the same way.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from signal_chain.demands import converted, dac_of, within_converter
 
 @inlined_kernel
 def start_states(parameters: Parameters, matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
-    """Set the states of the first sample: at rest under its errors, or zero; `work.law_inputs` ends with the errors."""
+    """Set the states of the first sample to zero, or to rest under the errors at the end of `work.law_inputs`."""
     clear(state.x)
     if parameters.common[0].start_at_rest != 0.0:
         errors = work.law_inputs[state.x.shape[0] :]
@@ -41,7 +41,7 @@ def start_states(parameters: Parameters, matrices: LawMatrices, bracket: TableRo
 
 @inlined_kernel
 def reset_slow(matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
-    """Remove the slow part from the states."""
+    """Remove the part of the slow modes from the states."""
     slow = work.law_outputs[: state.x.shape[0]]
     clear(slow)
     add_product(matrices.slow, matrices.values, bracket, state.x, slow)
@@ -51,7 +51,7 @@ def reset_slow(matrices: LawMatrices, bracket: TableRows, state: State, work: Wo
 
 @inlined_kernel
 def evaluate(matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
-    """Compute (1), without gain and sums, into `work.law_outputs`."""
+    """Write M [x(n); e(n)] of (1) into `work.law_outputs`."""
     copy(state.x, work.law_inputs)
     clear(work.law_outputs)
     add_product(matrices.law, matrices.values, bracket, work.law_inputs, work.law_outputs)
@@ -59,7 +59,7 @@ def evaluate(matrices: LawMatrices, bracket: TableRows, state: State, work: Work
 
 @inlined_kernel
 def fade_jump(common: np.record, state: State) -> None:
-    """Let the jump fade over one sample."""
+    """Let the jump fade for the duration of one sample."""
     any_left = False
     for i in range(state.jump.shape[0]):
         any_left = any_left or state.jump[i] != 0.0
@@ -71,14 +71,15 @@ def fade_jump(common: np.record, state: State) -> None:
 
 @inlined_kernel
 def limit(parameters: Parameters, inputs: Inputs, state: State, work: Work, is_transfer: bool) -> bool:
-    """Compute the demands of this sample into `state.last`, and (u_lim - u) / gain; return whether a demand is limited.
+    """Compute the demands of this sample and their excess (u_lim - u) / gain; return whether a demand is limited.
 
     Parameters
     ----------
     state
-        Its jump is recomputed if `is_transfer`, so that the demands continue from those of the last sample.
+        `last` receives the demands. If `is_transfer` is true, `jump` is recomputed so that the demands continue from
+        those of the last sample.
     work
-        `law_outputs` as from `evaluate`; `excess` is written.
+        `law_outputs` contains the result of `evaluate`; `excess` receives the excess.
     """
     common, is_on, n = parameters.common[0], inputs.common[0].enable != 0.0, state.x.shape[0]
     is_limited, chain, dac = False, common.chain, dac_of(common.chain)

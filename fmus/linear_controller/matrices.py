@@ -1,16 +1,18 @@
-"""The matrices of a controller, as stored in its constants, and their products.
+"""The matrices of a controller, as its constants contain them, and products with these matrices.
 
-The law is one matrix, M = [A B; C D], with [x(n+1); u(n)] = M [x(n); e(n)]; where e are readings minus setpoints. This
-matrix and three others are stored as dense blocks in column order, so that block-diagonal matrices cost only their
-blocks. Each speed of the table has its own values; the positions of the blocks are the same for all.
+The law is one matrix, M = [A B; C D], with [x(n+1); u(n)] = M [x(n); e(n)], where e contains the readings minus the
+setpoints. This matrix and three others are stored as dense blocks in column order, so the cost of a block-diagonal
+matrix depends only on its blocks. Each speed of the table has its own values; the positions of the blocks are the same
+for all speeds.
 
     law        M, shape (n_states + n_demands, n_states + n_signals)
     tracking   L, (n_states, n_demands): feedback of a demand's excess to the states, see `law`
     rest       S, (n_states, n_signals): states at rest under a signal, integrators at zero
     slow       P, (n_states, n_states): the part of the states that `reset` removes
 
-Between two speeds of the table M = (1 - w) M_lower + w M_upper with w from 0 to 1, which is continuous; the states are
-unchanged. Outside the table the values of the nearest speed apply.
+Between two speeds of the table, M = (1 - w) M_lower + w M_upper with w from 0 to 1. M is therefore a continuous
+function of the speed. The states keep their values when the speed changes. Outside the table, the values of the nearest
+speed apply.
 """
 
 from __future__ import annotations
@@ -56,13 +58,13 @@ class LawMatrices(NamedTuple):
     """Views into the constants.
 
     speeds
-        Ascending, shape (n_speeds,) (rad/s).
+        Speeds of the table, ascending, shape (n_speeds,) (rad/s).
     order
-        Number of each state in the coordinates of the law, shape (n_states,).
+        Index of each state in the coordinates of the law, shape (n_states,).
     law, tracking, rest, slow
-        Records BLOCK.
+        Records BLOCK of the four matrices.
     values
-        Shape (n_speeds, n_values).
+        Values of all blocks at each speed, shape (n_speeds, n_values).
     """
 
     speeds: Array
@@ -113,7 +115,7 @@ def matrices_of(constants: Array) -> LawMatrices:
 
 @kernel
 def find_bracket(speeds: Array, Omega: float) -> TableRows:
-    """Return the rows of the table around a speed (rad/s)."""
+    """Return the rows of the table on both sides of a speed (rad/s)."""
     last = speeds.shape[0] - 1
     if last == 0:
         return TableRows(0, 0, 0.0, False)
@@ -130,9 +132,9 @@ def find_bracket(speeds: Array, Omega: float) -> TableRows:
 
 @kernel
 def add_blocks(blocks: Records, values: Array, factor: float, source: Array, target: Array) -> None:
-    """Add `factor` times a matrix times `source` to `target`.
+    """Add the product of `factor`, a matrix and `source` to `target`.
 
-    Processing four columns at once needs a quarter of the loads and stores of the target and keeps the rows
+    Processing four columns at once requires a quarter of the loads and stores of `target`, and keeps the rows
     independent.
     """
     for k in range(blocks.shape[0]):
@@ -160,7 +162,7 @@ def add_blocks(blocks: Records, values: Array, factor: float, source: Array, tar
 
 @inlined_kernel
 def add_product(blocks: Records, values: Array, bracket: TableRows, source: Array, target: Array) -> None:
-    """Interpolate a matrix of the table, and add its product with `source` to `target`."""
+    """Interpolate a matrix of the table, and add the product of this matrix and `source` to `target`."""
     if blocks.shape[0] > 0:
         add_blocks(blocks, values[bracket.lower], 1.0 - bracket.weight, source, target)
         if bracket.weight > 0.0:

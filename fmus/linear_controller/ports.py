@@ -20,7 +20,8 @@ class Ports:
     Raises
     ------
     ValueError
-        If there are no signals or demands, too many, or a name is not a variable name or occurs twice.
+        If there are no signals or no demands, if there are too many, or if a name is not a variable name or occurs
+        twice.
     """
 
     signals: tuple[str, ...]
@@ -37,7 +38,7 @@ class Ports:
             raise ValueError(f"{self.n_states} states is not allowed; there must be 0 to {MAX_STATES}")
 
     def layout(self) -> dict[str, Any]:
-        """Return the names and the number as JSON types, for storage in an FMU."""
+        """Return the names and the number of states as JSON types, for storage in an FMU."""
         return asdict(self)
 
 

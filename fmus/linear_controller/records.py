@@ -1,4 +1,4 @@
-"""Views of the arrays of an instance for kernels: records of single variables, arrays of repeated ones."""
+"""Views of an instance's arrays for kernels: records of single variables, and arrays of repeated variables."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ N_DEMAND, N_SIGNAL, N_FAULTS = size_of(DEMAND), size_of(SIGNAL), size_of(SENSOR_
 
 
 class Parameters(NamedTuple):
-    """Record `PARAMETERS`, in an array of length 1; scales of the sensors; records `DEMAND`."""
+    """The parameters: record `PARAMETERS`, in an array of length 1; scales of the sensors; records `DEMAND`."""
 
     common: Records
     scales: Array
@@ -40,7 +40,7 @@ class Parameters(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """Record `INPUTS` (length 1); records `SIGNAL` and `SENSOR_FAULTS`; the currents to add to the demands (A)."""
+    """The inputs: record `INPUTS` (length 1); records `SIGNAL` and `SENSOR_FAULTS`; currents to add to demands (A)."""
 
     common: Records
     signals: Records
@@ -49,7 +49,7 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """Record `OUTPUTS`, in an array of length 1; demands (A); states."""
+    """The outputs: record `OUTPUTS`, in an array of length 1; demands (A); states."""
 
     common: Records
     demands: Array
@@ -82,7 +82,7 @@ class State(NamedTuple):
 
 
 class Work(NamedTuple):
-    """The work array: states and errors [x; e], states of the next sample and the law's demands [x; u], excess (A)."""
+    """The work array: states and errors [x; e]; states of the next sample and demands of the law [x; u]; excess (A)."""
 
     law_inputs: Array
     law_outputs: Array
@@ -161,7 +161,7 @@ def work_of(work: Array, sizes: Sizes) -> Work:
 
 
 def linear_state(constants: Array) -> LinearState:
-    """Return the positions in the state that evolve linearly without a delay: law states, last demands, filters."""
+    """Return the linear part of the state if there is no delay: states of the law, last demands, and filters."""
     sizes = sizes_of(constants)
     sensors = state_size(sizes) - sensor_memory_size(sizes.n_signals)
     return LinearState(

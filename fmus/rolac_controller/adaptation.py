@@ -1,11 +1,11 @@
 """Recursive open-loop adaptive control: the integral law for the synchronous force (thesis 5.22, 5.23).
 
-docs/theory/synchronous_control.md states the law. With Q = Q_0 + R U and the H of this R, the law is U' = -alpha
-(U - U_opt). The forces approach the weighted least-squares optimum with time constant 1/alpha, provided that this is
-long compared with the revolution over which Q is averaged.
+docs/theory/synchronous_control.md states the law. If Q = Q_0 + R U and H is computed from this R, the law is U' =
+-alpha (U - U_opt). The forces approach the weighted least-squares optimum with the time constant 1/alpha, provided that
+1/alpha is much longer than the revolution over which Q is averaged.
 
-While adaptation is not permitted, the forces fade, U' = -fade U. Afterwards they continue from the remainder, so they
-never jump.
+While adaptation is not permitted, the forces fade: U' = -fade U. When it resumes, the forces continue from the
+remaining values, so they never jump.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ FADED = 1e-6  # N; a smaller fading force is set to zero
 
 @kernel
 def integral_step(H: Complex, gain: float, Q: Complex, delta_U: Complex) -> None:
-    """Compute the step of the integral law, gain H Q (5.22).
+    """Compute the step gain H Q of the integral law (5.22).
 
     Parameters
     ----------
     H
-        Shape (n_axes, n_sensors) (N/m).
+        Matrix H, shape (n_axes, n_sensors) (N/m).
     gain
         alpha times the sample time; 1 for a full update in one step.
     Q
@@ -44,7 +44,7 @@ def integral_step(H: Complex, gain: float, Q: Complex, delta_U: Complex) -> None
 
 @kernel
 def forces_at(U: Complex, harmonics: Records, theta: float, u: Array) -> None:
-    """Compute u = Re[U exp(j n theta)] of each axis, summed over harmonics (5.23).
+    """Compute the force u = Re[U exp(j n theta)] of each axis, summed over the harmonics (5.23).
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def forces_at(U: Complex, harmonics: Records, theta: float, u: Array) -> None:
 
 @kernel
 def fade_forces(U: Complex, share: float) -> None:
-    """Reduce all forces, shape (N_HARMONICS, n_axes) (N), by a fraction, 0 to 1; forces below `FADED` become zero."""
+    """Reduce all forces, shape (N_HARMONICS, n_axes) (N), by the fraction `share`; forces below `FADED` become zero."""
     for k in range(N_HARMONICS):
         for axis in range(U.shape[1]):
             faded = squared_magnitude(U[k, axis]) < FADED * FADED
@@ -79,7 +79,7 @@ def fade_forces(U: Complex, share: float) -> None:
 def turn_forces(U: Complex, harmonics: Records, angle: float) -> None:
     """Keep the present forces when the rotor angle jumps by `angle` (rad): U becomes U exp(-j n angle).
 
-    Arguments as in `limit_forces`.
+    U and `harmonics` are as in `limit_forces`.
     """
     for k in range(N_HARMONICS):
         if harmonics[k].order == 0.0:
@@ -91,9 +91,9 @@ def turn_forces(U: Complex, harmonics: Records, angle: float) -> None:
 
 @kernel
 def limit_forces(U: Complex, harmonics: Records, largest: float) -> bool:
-    """Scale down the forces of an axis if the sum of their amplitudes exceeds `largest`; return whether any does.
+    """Scale down the forces of each axis whose amplitudes add up to more than `largest`; return whether any is limited.
 
-    The forces are the integrals themselves, so a limited force does not wind up.
+    A limited force does not wind up, because the forces are themselves the integrals of the law.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def limit_forces(U: Complex, harmonics: Records, largest: float) -> bool:
     harmonics
         Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends the list.
     largest
-        Largest sum of the amplitudes of an axis (N).
+        Largest allowed sum of the amplitudes of an axis (N).
     """
     limited = False
     for axis in range(U.shape[1]):

@@ -1,7 +1,7 @@
-"""Complex arithmetic that gives the same bits compiled and in plain Python.
+"""Complex arithmetic that gives the same bits in compiled code and in plain Python.
 
-Products and sums always give the same bits. Quotients do not, because numba, C and Python divide complex numbers
-differently.
+Products and sums of Python's complex numbers always give the same bits. Quotients do not, because numba, C and Python
+divide complex numbers differently.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ def squared_magnitude(z: complex) -> float:
 
 @kernel
 def scaled(z: complex, factor: float) -> complex:
-    """Return z times a real factor, with two products instead of the four of z * factor."""
+    """Return z times a real factor, computed with two products; z * factor takes four."""
     return complex(z.real * factor, z.imag * factor)
 
 
 @kernel
 def divided(z: complex, divisor: float) -> complex:
-    """Return z over a real divisor."""
+    """Return z divided by a real divisor."""
     return complex(z.real / divisor, z.imag / divisor)
 
 
 @kernel
 def quotient(a: complex, b: complex) -> complex:
-    """Return a/b as a conj(b)/|b|^2."""
+    """Return a/b, computed as a conj(b)/|b|^2."""
     return divided(a * b.conjugate(), squared_magnitude(b))

@@ -1,15 +1,16 @@
-"""Contact with the retainer bearings: its share of the time, and an adaptation that accounts for it.
+"""Contact with the retainer bearings: the fraction of time in contact, and an adaptation that accounts for contact.
 
-A journal in contact is held on its circle by a force -N q/c, like a spring N/c between the journal and the centre.
-With D = R_b^-1, the dynamic stiffness of the free rotor at the bearings, the total force on it is F = (D + N/c) q. To
-release it, U must change along -F. ROLAC changes it along H Q ~ -D q, which is the wrong direction for Re D < 0: above
-the critical speed of a mode the response rotates by more than 90 degrees when contact stiffens the mode. The phase of
-D + N/c is between 0 (stiffness) and 90 degrees (damping). Contact-aware adaptation therefore keeps the size of the step
-and rotates it against the journal's displacement, with a lead psi, in proportion to the share p of contact:
+A journal in contact is held on its circle by a force -N q/c, like a spring N/c between the journal and the centre. Let
+D = R_b^-1 be the dynamic stiffness of the free rotor at the bearings; then the total force on the journal is F = (D +
+N/c) q. To release the journal, U must change along -F. ROLAC changes U along H Q ~ -D q. This is the wrong direction if
+Re D < 0, because above the critical speed of a mode the response rotates by more than 90 degrees when contact stiffens
+the mode. The phase of D + N/c is between 0 (stiffness) and 90 degrees (damping). Contact-aware adaptation therefore
+keeps the size of the step, but rotates the step against the journal's displacement, with a lead psi and in proportion
+to the share p of time in contact:
 
     U_b' = alpha [ (1 - p) (H Q)_b - p exp(j psi) |(H Q)_b| q_b/|q_b| ]           for each bearing b
 
-With p = 0 this is ROLAC. With p > 0 the law moves the journals inward until they are free; ROLAC then converges to the
+For p = 0 this law is ROLAC. For p > 0 it moves the journals inward until they are free; ROLAC then converges to the
 optimum.
 """
 
@@ -40,20 +41,20 @@ def is_in_contact(parameters: Parameters, contact_state: float, displacements: A
 def update_contact_share(
     parameters: Parameters, contact_state: float, displacements: Array, delta_theta: float, shares: Array
 ) -> bool:
-    """Update the share of contact of each bearing; return whether any journal is in contact now.
+    """Update each bearing's share of time in contact; return whether any journal is in contact now.
 
     The share is a running mean with the time constant of a revolution.
 
     Parameters
     ----------
     contact_state
-        The input of that name: a sum of 1, 2, 4, ... for the bearings in contact.
+        The input of that name: the sum of 2^k over all bearings k that are in contact.
     displacements
-        As measured, shape (n_sensors,) (m).
+        Measured displacements, shape (n_sensors,) (m).
     delta_theta
-        Angle since the previous sample (rad).
+        Rotor angle since the previous sample (rad).
     shares
-        Shape (n_bearings,), in [0, 1]; changed.
+        Shares of all bearings, each in [0, 1], shape (n_bearings,); updated.
     """
     if parameters.common[0].contact.source == NO_SOURCE:
         return False
@@ -68,12 +69,12 @@ def update_contact_share(
 
 @kernel
 def turn_against_displacement(parameters: Parameters, share: float, Q: Complex, delta_U: Complex, bearing: int) -> None:
-    """Rotate a step of the adaptation against the displacement of one bearing, by its share of contact.
+    """Rotate an adaptation step of one bearing against its displacement, in proportion to its share of contact.
 
     Parameters
     ----------
     share
-        p, see above.
+        Share p of time in contact; see the module.
     Q
         Synchronous displacements, shape (n_sensors,) (m).
     delta_U

@@ -1,4 +1,4 @@
-"""Connections of a controller: magnetic bearings, sensor planes, and the plane that closes the loop of each bearing."""
+"""Connections of a controller: magnetic bearings, sensor planes, and the plane that closes each bearing's loop."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MAX_BEARINGS = 30  # `contact_state` has a bit for each, and FMI's integers have
 
 @dataclass(frozen=True)
 class SensorPlane:
-    """A plane with two displacement sensors; `x` and `y` name their signals, `position` is axial (m)."""
+    """A plane with two displacement sensors; `x` and `y` name their signals, and `position` (m) is axial."""
 
     name: str
     x: str
@@ -29,12 +29,12 @@ class LoopAxis(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The axis as a name, `mb1.x`."""
+        """Name of the axis, such as `mb1.x`."""
         return f"{self.bearing}.{self.direction}"
 
 
 class SensorSignal(NamedTuple):
-    """The signal of a sensor, and its position."""
+    """The name of a sensor's signal, and a description of the sensor's position."""
 
     name: str
     where: str
@@ -42,19 +42,19 @@ class SensorSignal(NamedTuple):
 
 @dataclass(frozen=True)
 class ControlLoop:
-    """Names of the bearings and of the sensor planes, each in the order of the variables.
+    """Bearings and sensor planes of a controller, both in the order of the variables.
 
     bearings
-        Magnetic bearings: names.
+        Names of the magnetic bearings.
     planes
-        Sensor planes. All sensors serve the synchronous control.
+        Sensor planes; the synchronous control uses all of their sensors.
     feedback
-        For each bearing, the name of the plane whose sensors its PID reads.
+        For each bearing, the name of the sensor plane that its PID reads.
 
     Raises
     ------
     ValueError
-        If there is no bearing, or a bearing lacks its sensor plane.
+        If there is no bearing or there are more than `MAX_BEARINGS`, or if a bearing lacks its sensor plane.
     """
 
     bearings: tuple[str, ...]
@@ -68,14 +68,14 @@ class ControlLoop:
 
     @property
     def axes(self) -> tuple[LoopAxis, ...]:
-        """Axes x and y of each bearing in turn."""
+        """Axes of all bearings, in order: x and y of each bearing."""
         plane_of = {plane.name: plane for plane in self.planes}
         closed = [(b, plane_of[name]) for b, name in zip(self.bearings, self.feedback, strict=True)]
         return tuple(LoopAxis(b, a, sensor) for b, plane in closed for a, sensor in (("x", plane.x), ("y", plane.y)))
 
     @property
     def sensors(self) -> tuple[SensorSignal, ...]:
-        """Sensors x and y of each plane in turn."""
+        """Sensors of all planes, in order: x and y of each plane."""
         return tuple(SensorSignal(s, f"{p.name}, {a} axis") for p in self.planes for s, a in ((p.x, "x"), (p.y, "y")))
 
     @property
@@ -85,7 +85,7 @@ class ControlLoop:
 
     @property
     def axis_names(self) -> tuple[str, ...]:
-        """Names of the axes, `mb1.x`."""
+        """Names of the axes, such as `mb1.x`."""
         return tuple(axis.name for axis in self.axes)
 
     @property

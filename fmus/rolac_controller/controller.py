@@ -1,7 +1,7 @@
-"""The controller: a PID law for each axis, the Fourier transform of all sensors, and the synchronous control.
+"""The controller: a PID law for each axis, the Fourier transform of all sensor signals, and the synchronous control.
 
-A call of `step` takes a sample if one is due (see `sampling`). It reads the inputs at its beginning, and the currents
-stay constant until the next sample.
+A call of `step` takes a sample if one is due (see `sampling`). The sample uses the inputs at the beginning of the step,
+and the currents stay constant until the next sample.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ FAULT_LONG_STEP, FAULT_NO_TABLE, FAULT_HARMONICS, FAULT_WEIGHTS, FAULT_PLANES = 
 
 @kernel
 def orders_ascend(harmonics: Records) -> bool:
-    """Return whether the orders of the harmonics ascend until the first 0, and are 0 after it."""
+    """Return whether the orders of the harmonics ascend up to the first order 0, and all later orders are 0."""
     for k in range(1, N_HARMONICS):
         order, before = harmonics[k].order, harmonics[k - 1].order
         if order != 0.0 and (order <= before or before == 0.0):
@@ -49,7 +49,7 @@ def orders_ascend(harmonics: Records) -> bool:
 
 @kernel
 def planes_differ(positions: Array) -> bool:
-    """Return whether all sensor planes are at different positions; shape (n_planes,) (m)."""
+    """Return whether all sensor planes are at different `positions`, shape (n_planes,) (m)."""
     for k in range(positions.shape[0]):
         for other in range(k):
             if positions[k] == positions[other]:
@@ -59,7 +59,7 @@ def planes_differ(positions: Array) -> bool:
 
 @inlined_kernel
 def lacks_table(inputs: Inputs, state: State, table: TableViews) -> bool:
-    """Return whether ROLAC is on without any H, and no identification has been made or requested."""
+    """Return whether ROLAC is on, no H is available, and no identification has been made or requested."""
     common = inputs.common[0]
     never_identified = state.identification.course[0].stage == NOT_STARTED and not common.identify
     return bool(common.rolac_enable != 0.0 and table.n_rows[0] == 0.0 and never_identified)
@@ -67,11 +67,12 @@ def lacks_table(inputs: Inputs, state: State, table: TableViews) -> bool:
 
 @inlined_kernel
 def window_is_valid(parameters: Parameters, Omega: float, samples: float) -> bool:
-    """Return whether the synchronous displacements of a window of this length are valid at a speed.
+    """Return whether the synchronous displacements from a window of this length are valid at a speed.
 
-    It must contain a full revolution, the speed must be at least `rolac.min_speed`, and the revolution must have taken
-    the time that this speed implies, within a factor `SPEED_RATIO`. The last condition excludes a rotor angle that does
-    not rotate with the speed, and revolutions that began before a large change of speed.
+    The window must contain a full revolution, and the speed must be at least `rolac.min_speed`. The time of the
+    revolution must differ from the time that the speed implies by less than a factor of `SPEED_RATIO`. This last
+    condition excludes a rotor angle that does not advance at the given speed, and revolutions that began before a large
+    change of speed.
     """
     common = parameters.common[0]
     turns = samples * common.sample_time * Omega / (2.0 * math.pi)
@@ -80,7 +81,7 @@ def window_is_valid(parameters: Parameters, Omega: float, samples: float) -> boo
 
 @inlined_kernel
 def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) -> None:
-    """Compute displacements and synchronous components at this sample, contact, and suspect sensors."""
+    """Compute displacements and synchronous components at this sample, and detect contact and faulty sensors."""
     common, findings, window = inputs.common[0], work.findings[0], state.window
     findings.adc_limited = sensors.measure(
         parameters, inputs, state.sensors, state.head[0].n_samples > 0.0, True, work.displacements
@@ -106,9 +107,9 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) ->
 def control(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, sample_time: float, outputs: Outputs
 ) -> None:
-    """Compute the currents of all axes, I = I_pid + u/K_i within their limits (5.1 to 5.4, 5.23), through the DAC.
+    """Compute the currents of all axes, I = I_pid + u/K_i (5.1 to 5.4, 5.23), with their limits and the DAC.
 
-    `sample_time` (s) is 0 at initialisation, which integrates nothing.
+    `sample_time` (s) is 0 at initialisation, so nothing is integrated.
     """
     common, head, theta = parameters.common[0], state.head[0], inputs.common[0].theta
     chain, direct, dac = common.chain, common.pid.direct, dac_of(common.chain)
@@ -135,7 +136,7 @@ def control(
 
 @inlined_kernel
 def start(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs) -> int:
-    """Compute the initial currents, without a sample, from proportional terms; return a fault code."""
+    """Compute the initial currents from the proportional terms, without taking a sample; return a fault code."""
     if lacks_table(inputs, state, table):
         return FAULT_NO_TABLE
     findings = work.findings[0]
@@ -151,7 +152,7 @@ def start(parameters: Parameters, inputs: Inputs, state: State, work: Work, tabl
 def take_sample(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs
 ) -> int:
-    """Compute a sample: measured signals, synchronous components and forces, currents; return a fault code."""
+    """Take a sample: compute the measured signals, synchronous components, forces and currents; return a fault code."""
     if lacks_table(inputs, state, table):
         return FAULT_NO_TABLE
     observe(parameters, inputs, state, work)
@@ -167,7 +168,7 @@ def take_sample(
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Compute state and outputs at the start; for the arguments see `Model.initialise`."""
+    """Compute the state and the outputs at the start; for the arguments see `Model.initialise`."""
     work[:] = 0.0
     outputs[:] = 0.0
     sizes = sizes_of(constants)
@@ -216,7 +217,7 @@ def step(
 
 
 def model_for(loop: ControlLoop) -> Model:
-    """Return the controller of this loop; its constants are laid out as in `sizes` and `receptance_table`."""
+    """Return the controller of this loop; `sizes` and `receptance_table` describe the layout of its constants."""
     return Model(
         name="rolac_controller",
         description="Sampled PID of magnetic bearings with adaptive control (ROLAC) of synchronous vibration",

@@ -51,7 +51,7 @@ NOT_STARTED, WAITING, SLOT_BEFORE = range(3)
 
 
 class LastStages(NamedTuple):
-    """The values of identification_state after the slots of the axes."""
+    """The values of identification_state that follow the slots of the axes."""
 
     slot_after: int
     done: int
@@ -66,7 +66,7 @@ def last_stages(n_axes: int) -> LastStages:
 
 
 def stages(axes: Iterable[str]) -> Enumeration:
-    """Return the values of identification_state, for axes of these names."""
+    """Return the values of identification_state for axes with these names."""
     return Enumeration(
         "IdentificationStage",
         (

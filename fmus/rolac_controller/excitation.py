@@ -16,9 +16,9 @@ ROUNDING = 1e-6  # by which a number of periods may exceed a whole number
 
 @kernel
 def amplitude_at(frequency: float) -> float:
-    """Return the amplitude A(f) = 220/S(f) of a test force (N), inverse to the rotor's response (6.5, 6.6).
+    """Return the amplitude A(f) = 220/S(f) of a test force (N); S(f) models the rotor's response (6.5, 6.6).
 
-    S(f) = 0.25 f + 2 up to 10 Hz, -0.2 f + 6.5 below 30 Hz, and 0.4 above.
+    S(f) is 0.25 f + 2 up to 10 Hz, -0.2 f + 6.5 from 10 to 30 Hz, and 0.4 above.
     """
     if frequency <= 10.0:
         return FORCE / (0.25 * frequency + 2.0)
@@ -29,14 +29,14 @@ def amplitude_at(frequency: float) -> float:
 
 @kernel
 def periods(frequency: float) -> float:
-    """Return the revolutions of a slot, N_per = max(3 f, 45) rounded up (6.4); n slots take n N_per/f (6.3)."""
+    """Return the revolutions in a slot, N_per = max(3 f, 45) rounded up (6.4); n slots take n N_per/f seconds (6.3)."""
     needed = max(PERIODS_PER_HZ * frequency, FEWEST_PERIODS)
     return float(math.ceil(needed - ROUNDING))
 
 
 @kernel
 def power_share(harmonics: Records, number: int) -> float:
-    """Return the share P of a harmonic in the power of the test force."""
+    """Return the fraction P of the test force's power that a harmonic has."""
     total = 0.0
     for k in range(N_HARMONICS):
         if harmonics[k].order == 0.0:
@@ -48,9 +48,10 @@ def power_share(harmonics: Records, number: int) -> float:
 
 @kernel
 def schroeder_phase(harmonics: Records, number: int) -> float:
-    """Return the phase of a harmonic that keeps the peaks of the sum low, phi_1 = 0 (rad) (5.13).
+    """Return the phase of a harmonic (rad) (5.13); these phases, with phi_1 = 0, keep the peaks of the sum low.
 
-    phi_i = -2 pi sum_{m < i} (n_i - n_m) P_m, with the orders n: for consecutive ones n_i - n_m = i - m.
+    The phase is phi_i = -2 pi sum_{m < i} (n_i - n_m) P_m, where n are the orders; if these are consecutive, n_i - n_m
+    = i - m.
     """
     phase = 0.0
     for m in range(number):
@@ -60,10 +61,10 @@ def schroeder_phase(harmonics: Records, number: int) -> float:
 
 @kernel
 def force_component(harmonics: Records, number: int, multi: bool, scale: float, frequency: float) -> complex:
-    """Return a harmonic of the test force, complex (N).
+    """Return the complex amplitude of a harmonic of the test force (N).
 
-    A single harmonic has the amplitude A(f). Several harmonics have the amplitudes A sqrt(P), each at its own
-    frequency, so that the power is the same (5.14), and they have Schroeder's phases.
+    A single harmonic has the amplitude A(f). Several harmonics have the amplitudes A sqrt(P), with A at the frequency
+    of each, so that the power is the same (5.14). Their phases are Schroeder's.
 
     Parameters
     ----------
@@ -72,9 +73,9 @@ def force_component(harmonics: Records, number: int, multi: bool, scale: float, 
     number
         Number of the harmonic, from 0.
     multi
-        Whether all harmonics are excited, or only the first.
+        Whether all harmonics are excited instead of only the first.
     scale
-        Factor on the force.
+        Factor by which the force is multiplied.
     frequency
         Frequency of rotation (Hz).
     """

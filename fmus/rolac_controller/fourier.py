@@ -7,10 +7,10 @@ q ~ Re[sum Q_n exp(j n theta)]. At constant speed this is the integral over one 
       o-----|-o-------o-------o---  ...  ---o-------o-------o-------o      angle ->
       excess|<------------------------ 2 pi ----------------------->|
 
-The trapezoidal rule is applied to the products q exp(-j n theta); the oldest segment is cut at the beginning of the
-revolution by linear interpolation. Each segment is added once, when it enters, and subtracted once, when it leaves.
-Segments are subtracted from one sum (`old`) and added to another (`fresh`): when the last segment of the old sum has
-left, its accumulated rounding is dropped and the fresh sum replaces it, which prevents drift.
+The trapezoidal rule is applied to the products q exp(-j n theta). Linear interpolation cuts the oldest segment at the
+beginning of the revolution. Each segment is added once, when it enters the window, and subtracted once, when it leaves.
+Segments are subtracted from one sum (`old`) and added to another (`fresh`). When the last segment of the old sum has
+left, the fresh sum replaces the old one. This discards the rounding errors of the old sum and so prevents drift.
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ class Window(NamedTuple):
     extent
         Record EXTENT, in an array of length 1.
     old, fresh
-        The two sums, integral q exp(-j n theta) dtheta, shape (N_HARMONICS, n_sensors).
+        The two sums for the integral of q exp(-j n theta) dtheta, shape (N_HARMONICS, n_sensors).
     thetas, displacements, phasors
-        Samples, with phasors exp(-j n theta), shapes (CAPACITY,), (CAPACITY, n_sensors) and (CAPACITY, N_HARMONICS).
-        They are rings: sample k is at k modulo CAPACITY.
+        Angles, displacements and phasors exp(-j n theta) of the samples, shapes (CAPACITY,), (CAPACITY, n_sensors) and
+        (CAPACITY, N_HARMONICS). These arrays are ring buffers: sample k is at index k modulo CAPACITY.
     """
 
     extent: Records
@@ -69,7 +69,7 @@ def window_size(n_sensors: int) -> int:
 
 @views
 def window_of(array: Array, start: int, n_sensors: int) -> Window:
-    """Return the window as views into an array from `start`; all zeros are an empty window."""
+    """Return the window as views into an array, beginning at `start`; if all numbers are zero, the window is empty."""
     size = 2 * N_HARMONICS * n_sensors
     old = start + N_EXTENT
     thetas = old + 2 * size
@@ -87,14 +87,14 @@ def window_of(array: Array, start: int, n_sensors: int) -> Window:
 
 @kernel
 def angle_between(earlier: float, later: float) -> float:
-    """Return the change of angle in [-pi, pi) (rad); the angles may be wrapped to a revolution."""
+    """Return the change of angle, in [-pi, pi) (rad); both angles may be wrapped to one revolution."""
     change = later - earlier
     return change - 2.0 * math.pi * math.floor((change + math.pi) / (2.0 * math.pi))
 
 
 @kernel
 def ring_index(number: float) -> int:
-    """Return the position of sample `number` in the ring."""
+    """Return the index of sample `number` in the ring buffers."""
     return int(number) % CAPACITY
 
 
@@ -106,14 +106,14 @@ def segment_angle(window: Window, number: float) -> float:
 
 @inlined_kernel
 def window_angle(window: Window) -> float:
-    """Return the angle from the oldest sample of the window to the newest (rad)."""
+    """Return the angle from the oldest to the newest sample of the window (rad)."""
     angle: float = window.extent[0].old_angle + window.extent[0].fresh_angle
     return angle
 
 
 @inlined_kernel
 def last_delta_theta(window: Window) -> float:
-    """Return the angle from the second newest sample to the newest (rad); 0 if there is only one."""
+    """Return the angle from the second newest to the newest sample (rad), or 0 if there are fewer than two samples."""
     extent = window.extent[0]
     if extent.next - extent.first < 2:
         return 0.0
@@ -122,7 +122,7 @@ def last_delta_theta(window: Window) -> float:
 
 @inlined_kernel
 def angle_jump(window: Window, theta: float) -> float:
-    """Return the change from the newest angle of the window to `theta` if it exceeds `LARGEST_STEP`, else 0 (rad)."""
+    """Return the change of angle (rad) from the newest sample to `theta` if it exceeds `LARGEST_STEP`, else 0."""
     extent = window.extent[0]
     if extent.next == extent.first:
         return 0.0
@@ -132,12 +132,12 @@ def angle_jump(window: Window, theta: float) -> float:
 
 @inlined_kernel
 def add_segment(window: Window, harmonics: Records, integral: Complex, number: float, sign: float) -> float:
-    """Add (sign 1) or subtract (sign -1) the segment from sample `number` to the next to one sum.
+    """Add the segment from sample `number` to the next sample to one of the sums (`sign` 1), or subtract it (-1).
 
     Returns
     -------
     float
-        The angle that the sum gains (rad).
+        The change of the angle that the sum covers (rad).
     """
     a, b = ring_index(number), ring_index(number + 1)
     width = angle_between(window.thetas[a], window.thetas[b])
@@ -185,11 +185,12 @@ def add_sample(window: Window, harmonics: Records, theta: float, displacements: 
     Parameters
     ----------
     harmonics
-        Records HARMONIC, shape (N_HARMONICS,), the same at every call; the first order 0 ends the list.
+        Records HARMONIC, shape (N_HARMONICS,), which must be the same at every call; the first order 0 ends the list.
     theta
-        Rotor angle (rad), wrapped or not, within 1e18. A jump (`angle_jump`) clears the window first.
+        Rotor angle (rad), wrapped or not, with a magnitude of at most 1e18. If the angle jumps (`angle_jump`), the
+        window is cleared first.
     displacements
-        Of the sensors, shape (n_sensors,) (m).
+        Displacements at the sensors, shape (n_sensors,) (m).
     """
     extent = window.extent[0]
     if angle_jump(window, theta) != 0.0:
@@ -213,7 +214,7 @@ def add_sample(window: Window, harmonics: Records, theta: float, displacements: 
 
 @inlined_kernel
 def samples_of_revolution(window: Window) -> float:
-    """Return the length of the last revolution in samples, with a fraction; 0 if there is no full revolution."""
+    """Return the length of the last revolution in samples, not rounded, or 0 if the window has no full revolution."""
     excess = window_angle(window) - 2.0 * math.pi
     if excess < -ANGLE_TOLERANCE:
         return 0.0
@@ -224,23 +225,23 @@ def samples_of_revolution(window: Window) -> float:
 
 @inlined_kernel
 def transform(window: Window, harmonics: Records, Q: Complex) -> None:
-    """Compute the components of the last revolution in all harmonics.
+    """Compute the components of all harmonics over the last revolution.
 
-    Q_n = (1/pi) integral of q exp(-j n theta) dtheta over the last 2 pi (5.20, 5.21). For a signal with
-    amplitude a in harmonic m (m = 0: constant) and delta rad between samples, the error is below
+    Q_n is 1/pi times the integral of q exp(-j n theta) dtheta over the last 2 pi (5.20, 5.21). For a signal that has
+    the amplitude a in harmonic m (a constant if m = 0) and an angle of delta rad between samples, the error is below
 
         a (m^2 + n^2) delta^3 sqrt(3) / (216 pi)
 
-    to leading order in (m + n) delta, and there is only rounding error if the revolution is a whole number of samples
-    (except aliases, m + n >= 2 pi/delta).
+    to leading order in (m + n) delta. If the revolution is a whole number of samples, the only error is rounding,
+    unless the signal is aliased (m + n >= 2 pi/delta).
 
     Parameters
     ----------
     harmonics
-        Records HARMONIC that the window was filled with, shape (N_HARMONICS,); the first order 0 ends the list.
+        Records HARMONIC with which the window was filled, shape (N_HARMONICS,); the first order 0 ends the list.
     Q
-        Receives the components, shape (N_HARMONICS, n_sensors) (m). It is not changed while the window covers less than
-        a revolution, nor for a harmonic whose period covers fewer than `FEWEST_SAMPLES` samples.
+        Receives the components, shape (N_HARMONICS, n_sensors) (m). Nothing is written while the window covers less
+        than a revolution, or for harmonics with fewer than `FEWEST_SAMPLES` samples per period.
     """
     samples = samples_of_revolution(window)
     if samples == 0.0:

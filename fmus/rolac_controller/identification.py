@@ -1,9 +1,9 @@
-"""Sequence of the identification of the receptance of a running rotor (thesis 5.15 to 5.19, 6.3 to 6.7).
+"""Sequence that identifies the receptance of a running rotor (thesis 5.15 to 5.19, 6.3 to 6.7).
 
-There is one slot of N_per revolutions for each axis, and one further slot both before and after these. Meanwhile the
-forces of ROLAC are constant. docs/theory/identification.md shows a sketch.
+There is one slot of N_per revolutions for each axis, one slot before these, and one after them. The forces of ROLAC are
+constant during the sequence. docs/theory/identification.md shows a sketch.
 
-Q is averaged over the last revolutions of each slot; `identified_receptance` computes R and H from the means.
+Q is averaged over the last revolutions of each slot, and `identified_receptance` computes R and H from the averages.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def is_running(memory: IdentificationMemory) -> bool:
 
 @inlined_kernel
 def progress(memory: IdentificationMemory) -> float:
-    """Return the completed fraction of the slots."""
+    """Return the completed fraction of the identification, 0 to 1."""
     course, n_axes = memory.course[0], memory.R.shape[2]
     if course.stage == last_stages(n_axes).done:
         return 1.0
@@ -58,14 +58,14 @@ def progress(memory: IdentificationMemory) -> float:
 
 @inlined_kernel
 def axis_under_test(memory: IdentificationMemory) -> int:
-    """Return the axis with the test force, or -1."""
+    """Return the axis to which the test force is applied, or -1 if there is none."""
     axis = int(memory.course[0].stage) - SLOT_BEFORE - 1
     return axis if 0 <= axis < memory.R.shape[2] else -1
 
 
 @inlined_kernel
 def add_test_force(parameters: Parameters, memory: IdentificationMemory, theta: float, u: Array) -> None:
-    """Add the test force at a rotor angle (rad) to the force of the axis under test, shape (n_axes,) (N)."""
+    """Add the test force at a rotor angle (rad) to the axis under test in the forces `u`, shape (n_axes,) (N)."""
     axis = axis_under_test(memory)
     if axis < 0:
         return
@@ -76,7 +76,7 @@ def add_test_force(parameters: Parameters, memory: IdentificationMemory, theta: 
 
 @inlined_kernel
 def advance(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
-    """Advance the identification by a sample: start, average, change slots, finish or fail.
+    """Advance the identification by a sample: it may start, average, go to the next slot, finish or fail.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def advance(parameters: Parameters, inputs: Inputs, state: State, work: Work, ta
     work
         Contains the findings of this sample and the components Q of all harmonics.
     table
-        Table in use; updated when the identification succeeds.
+        The table in use, which is updated when the identification succeeds.
     """
     memory, identify = state.identification, inputs.common[0].identify
     course = memory.course[0]
@@ -111,7 +111,7 @@ def advance(parameters: Parameters, inputs: Inputs, state: State, work: Work, ta
 
 @kernel
 def advance_slot(parameters: Parameters, memory: IdentificationMemory, work: Work, table: TableViews) -> None:
-    """Advance a slot by a sample; arguments as in `advance`."""
+    """Advance a slot by a sample; the arguments are as in `advance`."""
     course, stages = memory.course[0], last_stages(memory.R.shape[2])
     course.angle += work.findings[0].delta_theta
     length = 2.0 * math.pi * course.n_revolutions
@@ -149,7 +149,7 @@ def begin(parameters: Parameters, Omega: float, memory: IdentificationMemory) ->
 
 @inlined_kernel
 def cause_of_failure(inputs: Inputs, state: State, work: Work) -> int:
-    """Return the cause of failure of the identification, or NO_ERROR."""
+    """Return the reason why the identification fails at this sample, or NO_ERROR."""
     speed = state.identification.course[0].speed
     if not inputs.common[0].identify:
         return SWITCHED_OFF

@@ -1,8 +1,8 @@
-"""The receptance from the mean displacements of the slots of an identification (thesis 5.16).
+"""Computes the receptance from the mean displacements in the slots of an identification (thesis 5.16).
 
     Q = Q_0 + R U:   R_i = (Q with a force U_i on axis i - Q without) / U_i
 
-The first slot is the reference; the last shows whether the vibration without force has changed.
+The first slot is the reference, and the last shows whether the vibration without test force has changed.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ class IdentificationMemory(NamedTuple):
     course
         Record COURSE, in an array of length 1.
     Q
-        Mean of each slot (the sum while it runs), shape (n_axes + 2, N_HARMONICS, n_sensors) (m).
+        Mean Q of each slot (during the slot, the sum), shape (n_axes + 2, N_HARMONICS, n_sensors) (m).
     R
-        Last result, shape (N_HARMONICS, n_sensors, n_axes) (m/N).
+        Result R of the last identification, shape (N_HARMONICS, n_sensors, n_axes) (m/N).
     """
 
     course: Records
@@ -62,7 +62,7 @@ def identification_memory_size(sizes: Sizes) -> int:
 
 @views
 def identification_memory_of(array: Array, start: int, sizes: Sizes) -> IdentificationMemory:
-    """Return the memory of an identification as views into an array from `start`."""
+    """Return the memory of an identification as views into an array, beginning at `start`."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
     slots = start + N_COURSE
     return IdentificationMemory(
@@ -74,7 +74,7 @@ def identification_memory_of(array: Array, start: int, sizes: Sizes) -> Identifi
 
 @kernel
 def excitation_component(parameters: Parameters, memory: IdentificationMemory, number: int) -> complex:
-    """Return a harmonic of the test force (N)."""
+    """Return the complex amplitude of a harmonic of the test force (N)."""
     course = memory.course[0]
     multi, frequency = parameters.common[0].identification.multi != 0.0, course.speed / (2.0 * math.pi)
     return force_component(parameters.harmonics, number, multi, course.force_scale, frequency)
@@ -125,9 +125,9 @@ def evaluate(parameters: Parameters, memory: IdentificationMemory, H: Complex, s
 
 @kernel
 def divide_by_force(Q: Complex, number: int, force: complex, R: Complex) -> None:
-    """Compute R of a harmonic from the means of all slots, shape (n_axes + 2, N_HARMONICS, n_sensors) (6.7).
+    """Compute R of a harmonic (6.7) from the slot means Q, shape (n_axes + 2, N_HARMONICS, n_sensors).
 
-    The first and last slots have no test force; slot 1 + k applies it to axis k.
+    The first and the last slot have no test force; in slot 1 + k the force acts on axis k.
     """
     if force == 0.0:
         return
@@ -140,7 +140,7 @@ def divide_by_force(Q: Complex, number: int, force: complex, R: Complex) -> None
 
 @kernel
 def vibration_changed(Q: Complex, limit: float) -> bool:
-    """Return whether the vibration without force changed by more than a share of the largest response."""
+    """Return whether the vibration without test force changed by more than `limit` times the largest response."""
     drift = response = 0.0
     n_axes = Q.shape[0] - 2
     before, after = Q[0], Q[n_axes + 1]

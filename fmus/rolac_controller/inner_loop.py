@@ -1,10 +1,11 @@
-"""Tabulated response of a controller that closes the loop instead of, or in addition to, the PID.
+"""Tabulated response of a controller that closes the loop instead of the PID, or in addition to it.
 
-The constants contain it: the number of rows, their keys, ascending in harmonic order and speed, and the C of each row,
+The constants contain the number of rows, the keys of the rows, ascending in harmonic order and speed, and the matrix C
+of each row. In
 
     u = -C q,   C of shape (n_axes, n_sensors) (N/m),
 
-the force K_i i of the inner controller's currents in response to the sensor readings q at the harmonic.
+u is the force K_i i of the inner controller's currents in response to the sensor readings q at the harmonic.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from rolac_controller.sizes import KEY, N_KEY, N_SIZES, Records, Sizes
 
 
 class InnerLoop(NamedTuple):
-    """Views of the table: number of rows (1,), records KEY (n,), C (n, n_axes, n_sensors) (N/m)."""
+    """Views of the table: number of rows, shape (1,); records KEY, (n,); matrices C, (n, n_axes, n_sensors) (N/m)."""
 
     n_rows: Array
     keys: Records
@@ -28,7 +29,7 @@ class InnerLoop(NamedTuple):
 
 @views
 def inner_loop_of(constants: Array, sizes: Sizes) -> InnerLoop:
-    """Return the table in the constants of a controller of these sizes."""
+    """Return the table from the constants of a controller with these sizes."""
     start = N_SIZES + sizes.n_axes
     n = int(constants[start])
     keys = start + 1
@@ -41,6 +42,6 @@ def inner_loop_of(constants: Array, sizes: Sizes) -> InnerLoop:
 
 @views
 def table_start(constants: Array, sizes: Sizes) -> int:
-    """Return the start of the table of receptances in the constants, which follows the table of the inner loop."""
+    """Return the index in the constants at which the table of receptances begins, after the table of the inner loop."""
     start = N_SIZES + sizes.n_axes
     return start + 1 + int(constants[start]) * (N_KEY + 2 * sizes.n_axes * sizes.n_sensors)

@@ -1,16 +1,16 @@
-"""Generalised notch and synchronous force rejection, the common laws of magnetic bearings against unbalance.
+"""Generalised notch and synchronous force rejection, two common control laws against the effects of unbalance.
 
-Neither reduces the vibration; both remove the bearing's response to it. The synchronous control force of an axis is
-E = U - C Q, with C the response of the loop's controller and Q the synchronous displacements of the sensors. C is the
-response of the PID (`pid.response`), at the sensor of the axis, plus that of an additional controller (`inner_loop`).
-With Q = Q_0 + R U, it follows that E = E_0 + S^-1 U, S^-1 = I - C R, and
+Neither law reduces the vibration; both remove the bearing's response to it. The synchronous control force is E = U - C
+Q, where C is the response of the loop's controller and Q contains the synchronous displacements at the sensors. C is
+the sum of the responses of the PID (`pid.response`), which acts on the sensor of each axis, and of an additional
+controller (`inner_loop`). With Q = Q_0 + R U, it follows that E = E_0 + S^-1 U, where S^-1 = I - C R. The law
 
     U' = -alpha S (U - C Q)
 
-reduces it to zero at the rate alpha: the current then has no synchronous part. R. Herzog, P. Buehler, C. Gaehler
-and R. Larsonneur, "Unbalance compensation using generalized notch filters in the multivariable feedback of magnetic
-bearings", IEEE Trans. Control Systems Technology 4 (1996). With C - K_s instead of C, the whole force of the bearing,
-K_s x + K_i I, vanishes: the rotor rotates about its principal axis of inertia.
+reduces E to zero at the rate alpha. The current then has no synchronous part. R. Herzog, P. Buehler, C. Gaehler and R.
+Larsonneur, "Unbalance compensation using generalized notch filters in the multivariable feedback of magnetic bearings",
+IEEE Trans. Control Systems Technology 4 (1996). If C - K_s replaces C, the whole force of the bearing, K_s x + K_i I,
+vanishes, and the rotor rotates about its principal axis of inertia.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SINGULAR = 1e-9  # pivot below which the system is singular; the matrix is of or
 
 @kernel
 def control_response(parameters: Parameters, order: float, Omega: float, C: Complex) -> None:
-    """Compute C of the complete controller at a harmonic, u = -C q, shape (n_axes, n_sensors) (N/m).
+    """Compute the matrix C of the complete controller at a harmonic, u = -C q, shape (n_axes, n_sensors) (N/m).
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def reject_synchronous(parameters: Parameters, order: float, Omega: float, Q: Co
     Parameters
     ----------
     parameters
-        If `rolac.mode` is FORCE_FREE, the whole force of the bearing vanishes.
+        Parameters of the controller; if `rolac.mode` is FORCE_FREE, the whole force of the bearing is reduced to zero.
     order, Omega
         Order of the harmonic, and spin speed (rad/s).
     Q
@@ -89,7 +89,7 @@ def reject_synchronous(parameters: Parameters, order: float, Omega: float, Q: Co
 
 @kernel
 def solve_in_place(A: Complex, b: Complex) -> bool:
-    """Solve A x = b by elimination with pivoting; return whether it is solvable.
+    """Solve A x = b by elimination with pivoting; return whether the system is solvable.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Open-loop adaptive control, the predecessor of ROLAC: an update from a full revolution of steady vibration.
+"""Open-loop adaptive control, the predecessor of ROLAC: it updates the forces after a revolution of steady vibration.
 
     U <- U + H(Omega) Q     where |Q - Q a revolution before| <= steadiness |Q|
 
-After an update the next comparison requires two revolutions of new data, which gives the rotor time to settle.
+After an update, the next comparison requires two revolutions of new data, so the rotor has time to settle.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ N_PROGRESS = size_of(PROGRESS)
 
 
 class OlacMemory(NamedTuple):
-    """Record PROGRESS, in an array of length 1; Q of the revolution before, shape (N_HARMONICS, n_sensors) (m)."""
+    """Record PROGRESS (length 1), and Q of the previous revolution, shape (N_HARMONICS, n_sensors) (m)."""
 
     progress: Records
     previous_Q: Complex
@@ -44,14 +44,14 @@ def olac_memory_size(n_sensors: int) -> int:
 
 @views
 def olac_memory_of(array: Array, start: int, n_sensors: int) -> OlacMemory:
-    """Return the memory as views into an array from `start`."""
+    """Return the memory as views into an array, beginning at `start`."""
     previous_Q = part(array, start + N_PROGRESS, COMPLEX, (N_HARMONICS, n_sensors))
     return OlacMemory(part(array, start, PROGRESS, 1), previous_Q)
 
 
 @inlined_kernel
 def forget(memory: OlacMemory) -> None:
-    """Clear the memory, because OLAC is off."""
+    """Clear the memory if it is not already clear."""
     progress = memory.progress[0]
     if progress.angle != 0.0 or progress.n_revolutions != 0.0 or progress.n_updates != 0.0:
         progress.angle = 0.0
@@ -62,18 +62,18 @@ def forget(memory: OlacMemory) -> None:
 
 @kernel
 def update_is_due(olac: np.record, delta_theta: float, Q: Complex, memory: OlacMemory) -> bool:
-    """Return whether this sample completes a revolution of steady vibration, and an update is allowed.
+    """Return whether this sample completes a revolution of steady vibration and another update is allowed.
 
     Parameters
     ----------
     olac
         The parameters `olac.*`.
     delta_theta
-        Angle since the previous sample (rad).
+        Rotor angle since the previous sample (rad).
     Q
         Components of all harmonics, shape (N_HARMONICS, n_sensors) (m).
     memory
-        Contains only zeros when OLAC is switched on.
+        Progress and previous Q, updated; all zeros when OLAC is switched on.
     """
     progress = memory.progress[0]
     if olac.updates > 0.0 and progress.n_updates >= olac.updates:

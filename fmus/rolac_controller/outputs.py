@@ -1,4 +1,4 @@
-"""Outputs of the controller from its state."""
+"""Writes the outputs of the controller from its state."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rolac_controller.state import State, Work
 
 @kernel
 def polar(z: complex) -> tuple[float, float]:
-    """Return amplitude and phase (rad) of a component; both are zero if there is none."""
+    """Return the amplitude and phase (rad) of a component; both are zero if the component is zero."""
     if z.real == 0.0 and z.imag == 0.0:
         return 0.0, 0.0
     return math.sqrt(squared_magnitude(z)), math.atan2(z.imag, z.real)
@@ -28,7 +28,7 @@ def polar(z: complex) -> tuple[float, float]:
 def write_synchronous(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs
 ) -> None:
-    """Write components, forces and status of the synchronous control."""
+    """Write the components, the forces and the status of the synchronous control."""
     harmonic = int(inputs.common[0].shown_harmonic) - 1
     n_axes, n_sensors = state.U.shape[1], work.Q.shape[1]
     for axis in range(n_axes):

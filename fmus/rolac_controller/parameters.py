@@ -1,4 +1,4 @@
-"""Parameters of the controller: names, units, defaults, ranges, and their positions in the record of kernels."""
+"""Parameters of the controller: names, units, defaults, ranges, and positions in the records that kernels use."""
 
 from __future__ import annotations
 

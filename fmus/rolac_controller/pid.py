@@ -1,7 +1,7 @@
-"""PID of a bearing axis (thesis 5.1 to 5.4), sampled; docs/theory/controller.md gives its equations.
+"""Sampled PID of a bearing axis (thesis 5.1 to 5.4); docs/theory/controller.md gives its equations.
 
-K_s cancels the bearing's negative stiffness: the closed bearing has net stiffness K_b and damping C_b.
-`k_s`, `k_i` are constants of the bearing (N/m, N/A); the gain of the integral is `k_integral`.
+K_s cancels the bearing's negative stiffness, so that the controlled bearing has the net stiffness K_b and the damping
+C_b. `k_s` and `k_i` are constants of the bearing (N/m, N/A); `k_integral` is the gain of the integral.
 """
 
 from __future__ import annotations
@@ -22,30 +22,31 @@ PID_MEMORY = record(
 
 @kernel
 def stiffness(gains: np.record, direct: float) -> float:
-    """Return the force against a displacement (N/m): k_p, or K_b + K_s."""
+    """Return the restoring force per displacement (N/m): k_p if `direct`, otherwise K_b + K_s."""
     k: float = gains.k_p if direct else gains.k_b + gains.k_s
     return k
 
 
 @kernel
 def setpoint_stiffness(gains: np.record, direct: float) -> float:
-    """Return the force towards a setpoint (N/m): k_p, or K_b."""
+    """Return the force per setpoint, towards the setpoint (N/m): k_p if `direct`, otherwise K_b."""
     k: float = gains.k_p if direct else gains.k_b
     return k
 
 
 @kernel
 def damping(gains: np.record, direct: float) -> float:
-    """Return the force against a velocity (N s/m): k_d, or C_b."""
+    """Return the opposing force per velocity (N s/m): k_d if `direct`, otherwise C_b."""
     c: float = gains.k_d if direct else gains.c_b
     return c
 
 
 @kernel
 def differentiate(memory: np.record, x: float, filter_time: float, sample_time: float) -> None:
-    """Update the first-order filtered derivative of the displacement by a backward difference.
+    """Update the displacement's derivative, a backward difference with a first-order filter.
 
-    d_n = (tau d_(n-1) + x_n - x_(n-1)) / (tau + h), the plain backward difference for tau = 0.
+    The derivative is d_n = (tau d_(n-1) + x_n - x_(n-1)) / (tau + h), which is the plain backward difference if tau =
+    0.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ def differentiate(memory: np.record, x: float, filter_time: float, sample_time: 
     x
         Displacement (m).
     filter_time, sample_time
-        tau and h (s).
+        Filter time tau and sample time h (s).
     """
     change = x - memory.displacement
     memory.derivative = (filter_time * memory.derivative + change) / (filter_time + sample_time)
@@ -74,7 +75,7 @@ def pid_current(gains: np.record, direct: float, memory: np.record, setpoint: fl
     memory
         Record PID_MEMORY of the axis.
     setpoint
-        x_set (m).
+        Setpoint x_set of the displacement (m).
     """
     proportional = stiffness(gains, direct) * memory.displacement - setpoint_stiffness(gains, direct) * setpoint
     force = proportional + damping(gains, direct) * memory.derivative + memory.integral
@@ -86,7 +87,7 @@ def pid_current(gains: np.record, direct: float, memory: np.record, setpoint: fl
 def limit_and_integrate(
     gains: np.record, memory: np.record, setpoint: float, demand: float, limits: Limits, sample_time: float
 ) -> float:
-    """Return the demanded current within its limits (A); integrate a sample unless it would exceed the limits more."""
+    """Return the demanded current (A) within its limits; integrate unless that would exceed the limits further."""
     error = memory.displacement - setpoint
     winds_up = (demand > limits.high and error < 0.0) or (demand < limits.low and error > 0.0)
     if not winds_up:
@@ -97,7 +98,7 @@ def limit_and_integrate(
 
 @kernel
 def response(gains: np.record, direct: float, filter_time: float, sample_time: float, omega: float) -> complex:
-    """Return C in K_i I_pid = -C x for a sampled vibration at omega (rad/s) (N/m).
+    """Return C (N/m) in K_i I_pid = -C x for a sampled vibration at omega (rad/s).
 
     C = k + c D + K_I J with z = exp(j omega h), D = (1 - 1/z) / (tau + h - tau/z), J = h / (z - 1).
     """

@@ -1,7 +1,8 @@
-"""Prediction of displacements and angle, for masters with delayed connections.
+"""Prediction of displacements and rotor angle, for co-simulation masters that delay connections.
 
-In Jacobi order with step h, displacements at t reach the rotor as a force at t + 2 h. The controller then extrapolates
-to t + p, p = `prediction_time` = 2 h, from the displacements at its last two steps, t_b and t:
+If a master steps FMUs in Jacobi order with the step h, displacements at t affect the force on the rotor at t + 2 h. The
+controller therefore extrapolates to t + p, where p = `prediction_time` = 2 h, from the displacements at the times t_b
+and t of its last two steps:
 
     x(t + p) ~ x(t) + p (x(t) - x(t_b))/(t - t_b),      theta(t + p) ~ theta(t) + p Omega(t)
 
@@ -20,18 +21,18 @@ from rolac_controller.records import Inputs
 
 @inlined_kernel
 def predict(inputs: Inputs, prediction_time: float, time: float, head: np.record, last_displacements: Array) -> None:
-    """Extrapolate angle and displacements of the inputs, and store the original displacements.
+    """Extrapolate the angle and the displacements of the inputs, and store the original displacements.
 
     Parameters
     ----------
     inputs
-        Inputs of the step from `time` (s); changed.
+        Inputs of the step that begins at `time` (s); changed.
     prediction_time
         Extrapolation time p (s).
     head
-        The state's record HEAD: time of the previous step, if any.
+        Record HEAD of the state, which contains the time of the previous step, if any.
     last_displacements
-        Displacements at the previous step, shape (n_sensors,) (m).
+        Displacements at the previous step, shape (n_sensors,) (m); receives those of this step.
     """
     common, elapsed = inputs.common[0], time - head.last_time
     common.theta += prediction_time * common.Omega

@@ -1,9 +1,9 @@
-"""The matrix H of the adaptive law from the receptance, by a singular value decomposition.
+"""Computes the matrix H of the adaptive law from the receptance, by a singular value decomposition.
 
     H = -(R^H W R)^-1 R^H W = -(W^(1/2) R)^+ W^(1/2)                                    (5.10)
 
-One-sided Jacobi rotations make the columns of A = W^(1/2) R orthogonal; then A V = B, B^H B = Sigma^2 and
-A^+ = V Sigma^-2 B^H. Unlike a product A^H A, rotations keep small singular values accurate.
+One-sided Jacobi rotations V make the columns of A = W^(1/2) R orthogonal; then A V = B, B^H B = Sigma^2 and A^+ = V
+Sigma^-2 B^H. Rotations keep small singular values accurate, whereas the product A^H A would not.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ ORTHOGONAL = 1e-15
 
 
 class SvdWork(NamedTuple):
-    """Scratch of a decomposition: A V, shape (n_sensors, n_axes); V; squares of the singular values."""
+    """Scratch arrays of a decomposition: A V, shape (n_sensors, n_axes); V; squares of the singular values."""
 
     B: Complex
     V: Complex
@@ -32,13 +32,13 @@ class SvdWork(NamedTuple):
 
 @views
 def svd_work_size(sizes: Sizes) -> int:
-    """Return the size of the scratch of a decomposition."""
+    """Return the size of a decomposition's scratch arrays."""
     return 2 * sizes.n_axes * (sizes.n_sensors + sizes.n_axes) + sizes.n_axes
 
 
 @views
 def svd_work_of(array: Array, start: int, sizes: Sizes) -> SvdWork:
-    """Return the scratch of a decomposition as views into an array from `start`."""
+    """Return a decomposition's scratch arrays as views into an array, beginning at `start`."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
     V = start + 2 * n_sensors * n_axes
     return SvdWork(
@@ -50,7 +50,7 @@ def svd_work_of(array: Array, start: int, sizes: Sizes) -> SvdWork:
 
 @kernel
 def rotate(columns: Complex, p: int, q: int, cos: float, sin: float, direction: complex) -> None:
-    """Replace the columns a_p, a_q of a matrix by cos a_p - sin b, sin a_p + cos b with b = a_q conj(direction)."""
+    """Replace columns a_p and a_q of a matrix by cos a_p - sin b and sin a_p + cos b, where b = a_q conj(direction)."""
     for i in range(columns.shape[0]):
         a, b = columns[i, p], direction.conjugate() * columns[i, q]
         columns[i, p] = cos * a - sin * b
@@ -59,7 +59,7 @@ def rotate(columns: Complex, p: int, q: int, cos: float, sin: float, direction: 
 
 @kernel
 def orthogonalise(B: Complex, V: Complex) -> None:
-    """Make the columns of B orthogonal by rotations, and apply the same rotations to V (Hestenes)."""
+    """Make the columns of B orthogonal by rotations, and apply the same rotations to V (Hestenes' method)."""
     n_sensors, n_axes = B.shape
     for _ in range(MAX_SWEEPS):
         largest = 0.0
@@ -97,7 +97,7 @@ def negative_pseudo_inverse(R: Complex, weights: Array, H: Complex, svd: SvdWork
     weights
         Diagonal of W, shape (n_sensors,), non-negative.
     H
-        Receives H, shape (n_axes, n_sensors) (N/m); zeros if R is singular.
+        Receives the matrix H, shape (n_axes, n_sensors) (N/m); all zeros if R is singular.
     svd
         Overwritten.
     """

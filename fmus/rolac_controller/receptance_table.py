@@ -1,8 +1,8 @@
 """The table of receptances R and matrices H that the controller uses and updates.
 
-Its array contains the number of rows, their keys, ascending in harmonic order and speed, all R, and all H. The
-constants of the FMU contain the table that it was built with; its state contains the one in use, which has room for
-more rows.
+The array of a table contains the number of rows, the keys of the rows, ascending in harmonic order and speed, all R,
+and all H. The constants of an FMU contain the table with which it was built. The state contains the table in use, which
+has room for more rows.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ MISSING, WITHIN, BEYOND = range(3)  # whether the speeds of the table cover a sp
 
 
 class TableViews(NamedTuple):
-    """Views of a table: the number of rows in use, shape (1,), and all rows.
+    """Views of a table: the number of rows in use, shape (1,), and the contents of all rows.
 
     keys
         Records KEY, shape (n,).
     R, H
-        Shapes (n, n_sensors, n_axes) (m/N) and (n, n_axes, n_sensors) (N/m).
+        Matrices R, shape (n, n_sensors, n_axes) (m/N), and H, shape (n, n_axes, n_sensors) (N/m).
     """
 
     n_rows: Array
@@ -40,7 +40,7 @@ class TableViews(NamedTuple):
 
 
 class Bracket(NamedTuple):
-    """Rows on both sides of a speed, the weight of the upper row, and how the table covers the speed."""
+    """The rows on both sides of a speed, the weight of the upper row, and whether the table covers the speed."""
 
     lower: int
     upper: int
@@ -50,7 +50,7 @@ class Bracket(NamedTuple):
 
 @views
 def table_of(array: Array, start: int, capacity: int, sizes: Sizes) -> TableViews:
-    """Return the table with this number of rows in an array, from `start`."""
+    """Return the table that begins at `start` in an array and has room for `capacity` rows."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
     keys = start + 1
     R = keys + capacity * N_KEY
@@ -65,24 +65,24 @@ def table_of(array: Array, start: int, capacity: int, sizes: Sizes) -> TableView
 
 @views
 def built_rows(constants: Array, sizes: Sizes) -> int:
-    """Return the number of rows of the table that an FMU with these constants was built with."""
+    """Return the number of rows of the table that was built into an FMU with these constants."""
     return int(constants[table_start(constants, sizes)])
 
 
 @views
 def built_table(constants: Array, sizes: Sizes) -> TableViews:
-    """Return the table that an FMU with these constants was built with."""
+    """Return the table that was built into an FMU with these constants."""
     return table_of(constants, table_start(constants, sizes), built_rows(constants, sizes), sizes)
 
 
 @views
 def table_in_use(state: Array, start: int, constants: Array, sizes: Sizes) -> TableViews:
-    """Return the table in the state of an FMU with these constants, from `start`."""
+    """Return the table that begins at `start` in the state of an FMU with these constants."""
     return table_of(state, start, built_rows(constants, sizes) + SPARE_ROWS, sizes)
 
 
 def table_size(constants: Array) -> int:
-    """Return the size of the table in use of a controller with these constants."""
+    """Return the size of the table in use for a controller with these constants."""
     sizes = sizes_of(constants)
     n_rows = built_rows(constants, sizes) + SPARE_ROWS
     return 1 + n_rows * (N_KEY + 4 * sizes.n_axes * sizes.n_sensors)
@@ -101,12 +101,12 @@ def copy_row(source: TableViews, k: int, target: TableViews, place: int) -> None
 def load(built: TableViews, parameters: Parameters, table: TableViews, svd: SvdWork) -> bool:
     """Copy the built table to the table in use; return False if the sensor weights leave a receptance ill-conditioned.
 
-    With weights other than one, H is recomputed.
+    If any weight differs from one, H is recomputed.
 
     Parameters
     ----------
     built, table
-        The table that the FMU was built with and the table in use.
+        The table with which the FMU was built, and the table in use.
     svd
         Overwritten.
     """
@@ -128,7 +128,7 @@ def load(built: TableViews, parameters: Parameters, table: TableViews, svd: SvdW
 def find_bracket(table: TableViews | InnerLoop, order: float, speed: float) -> Bracket:
     """Return the rows of a harmonic on both sides of a speed (rad/s).
 
-    Outside the table both rows are the nearest one.
+    Outside the table, both are the nearest row.
     """
     lower = upper = -1
     for k in range(int(table.n_rows[0])):
@@ -153,7 +153,7 @@ def find_bracket(table: TableViews | InnerLoop, order: float, speed: float) -> B
 
 @kernel
 def interpolate(lower: Complex, upper: Complex, weight: float, matrix: Complex) -> None:
-    """Interpolate linearly between two matrices of the same shape, by the weight of the upper matrix."""
+    """Interpolate linearly between two matrices of the same shape; `weight` is the weight of the upper one."""
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             matrix[i, j] = (1.0 - weight) * lower[i, j] + weight * upper[i, j]
@@ -161,7 +161,7 @@ def interpolate(lower: Complex, upper: Complex, weight: float, matrix: Complex) 
 
 @kernel
 def store(table: TableViews, order: float, speed: float, R: Complex, H: Complex) -> bool:
-    """Replace or insert the row of this order and speed; return False if the table is full.
+    """Replace or insert the row with this order and speed; return False if the table is full.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def store(table: TableViews, order: float, speed: float, R: Complex, H: Complex)
     order, speed
         Order of the harmonic and speed (rad/s).
     R, H
-        Shapes (n_sensors, n_axes) (m/N) and (n_axes, n_sensors) (N/m).
+        Matrices R, shape (n_sensors, n_axes) (m/N), and H, shape (n_axes, n_sensors) (N/m).
     """
     n_rows = int(table.n_rows[0])
     place, same = 0, -1

@@ -1,4 +1,4 @@
-"""Views of parameters, inputs and outputs for kernels: a record of single variables, and arrays of repeated ones."""
+"""Views of parameters, inputs and outputs for kernels: records of single variables, arrays of repeated variables."""
 
 from __future__ import annotations
 
@@ -29,18 +29,19 @@ N_ORDERS, N_HARMONIC = N_HARMONICS * size_of(HARMONIC), N_HARMONICS * size_of(HA
 
 
 class Parameters(NamedTuple):
-    """Record of type `PARAMETERS`, in an array of length 1, and the parameters of axes, harmonics, sensors and planes.
+    """The parameters: record `PARAMETERS`, in an array of length 1; parameters of axes, harmonics, sensors and planes.
 
     axes, harmonics
-        Records `GAINS`, shape (n_axes,), and `HARMONIC`, shape (N_HARMONICS,); the first order 0 ends the list.
+        Records `GAINS`, shape (n_axes,), and records `HARMONIC`, shape (N_HARMONICS,). The first order 0 ends the list
+        of harmonics.
     sensor_weights, sensor_scales
-        Shape (n_sensors,).
+        Weights and scales of the sensors, shape (n_sensors,).
     plane_positions, plane_offsets
-        Shape (n_planes,) (m).
+        Axial positions of the planes, and offsets of their sensors, shape (n_planes,) (m).
     sensor_of_axis
-        From the constants: number of the sensor that closes the loop of each axis, shape (n_axes,).
+        Index of the sensor that closes the loop of each axis, shape (n_axes,); from the constants.
     inner
-        From the constants: response of the additional controller that closes the loop.
+        Response of the additional controller that closes the loop; from the constants.
     """
 
     common: Records
@@ -55,7 +56,7 @@ class Parameters(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """Record of type `INPUTS`, in an array of length 1; displacements (m), setpoints (m); records `SENSOR_FAULTS`."""
+    """The inputs: record `INPUTS` (length 1); displacements (m); setpoints (m); records `SENSOR_FAULTS`."""
 
     common: Records
     displacements: Array
@@ -64,7 +65,7 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """Record of type `OUTPUTS` (length 1); records of axes, sensors, harmonics; shares of contact; R (m/N)."""
+    """The outputs: record `OUTPUTS` (length 1); records of axes, sensors and harmonics; shares of contact; R (m/N)."""
 
     common: Records
     axes: Records
@@ -76,7 +77,7 @@ class Outputs(NamedTuple):
 
 @views
 def parameters_of(parameters: Array, constants: Array, sizes: Sizes) -> Parameters:
-    """Return views into the parameters, and into the constants, of a controller of these sizes."""
+    """Return views into the parameters and the constants of a controller with these sizes."""
     n_axes, n_sensors, n_planes = sizes.n_axes, sizes.n_sensors, sizes.n_sensors // 2
     axes = N_PARAMETERS
     harmonics = axes + n_axes * N_GAINS
@@ -98,13 +99,13 @@ def parameters_of(parameters: Array, constants: Array, sizes: Sizes) -> Paramete
 
 @views
 def inputs_size(sizes: Sizes) -> int:
-    """Return the number of inputs of a controller of these sizes."""
+    """Return the number of inputs of a controller with these sizes."""
     return N_INPUTS + sizes.n_sensors + sizes.n_axes + sizes.n_sensors * N_FAULTS
 
 
 @views
 def inputs_of(inputs: Array, sizes: Sizes) -> Inputs:
-    """Return views into the inputs of a controller of these sizes."""
+    """Return views into the inputs of a controller with these sizes."""
     displacements = N_INPUTS
     setpoints = displacements + sizes.n_sensors
     return Inputs(
@@ -117,7 +118,7 @@ def inputs_of(inputs: Array, sizes: Sizes) -> Inputs:
 
 @views
 def outputs_of(outputs: Array, sizes: Sizes) -> Outputs:
-    """Return views into the outputs of a controller of these sizes."""
+    """Return views into the outputs of a controller with these sizes."""
     n_axes, n_sensors, n_bearings = sizes.n_axes, sizes.n_sensors, sizes.n_axes // 2
     axes = N_OUTPUTS
     sensors = axes + n_axes * N_AXIS

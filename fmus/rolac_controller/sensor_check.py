@@ -1,4 +1,4 @@
-"""Detection of faulty sensors, whose reading stays constant for a revolution while others change."""
+"""Detection of faulty sensors, whose readings stay constant for a revolution while other readings change."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ CHECK_MEMORY = record(
 
 @kernel
 def suspect_sensor(displacements: Array, samples_of_revolution: float, memory: Records) -> int:
-    """Return the number of the first sensor that did not change for a revolution although another did.
+    """Return the number of the first sensor whose reading was constant for a revolution while another one changed.
 
-    Numbers start from 1; 0 means none.
+    Numbers start from 1; 0 means that there is no such sensor.
 
     Parameters
     ----------
     displacements
-        As measured, shape (n_sensors,) (m).
+        Measured displacements, shape (n_sensors,) (m).
     samples_of_revolution
         Length of the last revolution in samples; 0 if there is none.
     memory

@@ -1,4 +1,4 @@
-"""Sensors: from the displacements of the rotor to the readings of the controller.
+"""Sensors: convert the displacements of the rotor to the readings of the controller.
 
 displacement -> axial offset -> scale -> signal chain (`signal_chain.readings`)
 """
@@ -13,9 +13,10 @@ from signal_chain.readings import SensorMemory, read
 
 @inlined_kernel
 def plane_weight(parameters: Parameters, plane: int, other: int) -> float:
-    """Return the weight of the displacement of plane `other` in the displacement of the sensors of `plane`.
+    """Return the weight with which the displacement at plane `other` contributes to that at the sensors of `plane`.
 
-    Sensors may be offset from their plane: Lagrange's polynomial through all planes interpolates the bent shaft.
+    Sensors may be offset axially from their plane. The bent shaft is interpolated by Lagrange's polynomial through all
+    planes.
     """
     z = parameters.plane_positions[plane] + parameters.plane_offsets[plane]
     z_other = parameters.plane_positions[other]
@@ -29,7 +30,7 @@ def plane_weight(parameters: Parameters, plane: int, other: int) -> float:
 
 @inlined_kernel
 def displacement_at(parameters: Parameters, inputs: Inputs, plane: int, axis: int) -> float:
-    """Return the displacement (m) of the rotor at the sensor of axis x (0) or y (1) of a plane."""
+    """Return the displacement (m) of the rotor at a plane's sensor for axis x (0) or y (1)."""
     if parameters.plane_offsets[plane] == 0.0:
         at_plane: float = inputs.displacements[2 * plane + axis]
         return at_plane
@@ -48,11 +49,11 @@ def measure(
     Parameters
     ----------
     memory
-        Changed.
+        Memory of the sensors; changed.
     started, sampling
         As in `signal_chain.readings.read`.
     measured
-        Receives the displacements, shape (n_sensors,) (m).
+        Receives the readings as displacements, shape (n_sensors,) (m).
     """
     for s in range(measured.shape[0]):
         measured[s] = parameters.sensor_scales[s] * displacement_at(parameters, inputs, s // 2, s % 2)

@@ -1,4 +1,4 @@
-"""Inputs and outputs of the controller: names, units, ranges, and their positions in the records of kernels."""
+"""Inputs and outputs of the controller: names, units, ranges, and positions in the records that kernels use."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _setpoint(b: str, a: str) -> list[Variable]:
 
 
 def input_variables(loop: ControlLoop) -> list[Variable]:
-    """Return the inputs of a controller of this loop."""
+    """Return the inputs of a controller for this loop."""
     return [
         *_COMMON_INPUTS,
         _contact_state(loop.bearings),
@@ -39,7 +39,7 @@ def input_variables(loop: ControlLoop) -> list[Variable]:
 
 
 def _contact_state(bearings: tuple[str, ...]) -> Variable:
-    """Journals in contact, as a sum of 1, 2, 4, ... in the order of the bearings."""
+    """Input for the journals in contact: the sum of 2^k over all bearings k that are in contact."""
     parts = ", ".join(f"{2**k} at {bearing.upper()}" for k, bearing in enumerate(bearings))
     description = f"With contact.source given: 0 no contact, otherwise the sum of {parts}"
     largest = 2 ** len(bearings) - 1
@@ -84,7 +84,7 @@ def _sensor_inputs(loop: ControlLoop) -> tuple[str, ...]:
 
 
 def _inputs_of_sensor(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
-    """Inputs that reach a sensor: the displacements of its axis, which an axial offset mixes, and its faults."""
+    """Inputs that affect a sensor: its faults, and displacements along its axis, which an axial offset combines."""
     names = loop.sensor_names
     return (*names[sensor % 2 :: 2], *(f"{names[sensor]}.{fault}" for fault in FAULT_INPUTS))
 
@@ -96,7 +96,7 @@ GAINS = ("k_b", "k_s", "k_i", "k_p", "i_min", "i_max")  # parameters that a curr
 
 
 def _measured_at_start(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
-    """Parameters and inputs that a sensor's measured displacement depends on at the start, without the ADC's bits."""
+    """Parameters and inputs that determine a sensor's measured displacement at the start, except the ADC's bits."""
     name = loop.sensor_names[sensor]
     faults = tuple(f"{name}.fault_{kind}" for kind in ("dead", "stuck", "offset"))  # noise begins with the samples
     others = (*loop.sensor_names[sensor % 2 :: 2], f"plane{sensor // 2 + 1}.offset", "plane_positions[*]")
@@ -104,7 +104,7 @@ def _measured_at_start(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
 
 
 def _current_at_start(loop: ControlLoop, b: str, a: str, sensor: str) -> tuple[str, ...]:
-    """Parameters and inputs that the current of an axis depends on at the start."""
+    """Parameters and inputs that determine the current of an axis at the start."""
     measured = _measured_at_start(loop, loop.sensor_names.index(sensor))
     gains = (f"{b}.{gain}_{a}" for gain in GAINS)
     return (*measured, "chain.adc_bits", "pid.direct", *gains, f"{b}.set_{a}", *DAC)
@@ -198,7 +198,7 @@ def _choice(
 
 
 def output_variables(loop: ControlLoop) -> list[Variable]:
-    """Return the outputs of a controller of this loop."""
+    """Return the outputs of a controller for this loop."""
     axes = [(bearing, axis) for bearing, axis, _ in loop.axes]
     currents = {(b, a): _current_at_start(loop, b, a, sensor) for b, a, sensor in loop.axes}
     measured = {name for k in range(len(loop.sensors)) for name in _measured_at_start(loop, k)}

@@ -21,7 +21,7 @@ N_SIZES, N_KEY = size_of(SIZES), size_of(KEY)
 
 
 class Sizes(NamedTuple):
-    """Numbers of axes, two of each bearing, and of sensors, two in each plane."""
+    """Numbers of axes (two per bearing) and of sensors (two per plane)."""
 
     n_axes: int
     n_sensors: int

@@ -1,4 +1,4 @@
-"""The controller's memory: views into its state, and into its work array."""
+"""Views into the controller's state and work array."""
 
 from __future__ import annotations
 
@@ -47,18 +47,18 @@ N_HEAD, N_FINDINGS, N_PID, N_CHECK = (size_of(r) for r in (HEAD, FINDINGS, PID_M
 
 
 class State(NamedTuple):
-    """The state; in the array it is followed by the table of receptances in use.
+    """The state; in the array, the table of receptances in use follows it.
 
     head
         Record HEAD, in an array of length 1.
     axes
         Records PID_MEMORY, shape (n_axes,).
     currents
-        Last computed, shape (n_axes,) (A).
+        The currents computed last, shape (n_axes,) (A).
     U
         Synchronous forces, shape (N_HARMONICS, n_axes) (N).
     contact_shares
-        Shape (n_axes // 2,).
+        Share of time in contact for each bearing, shape (n_axes // 2,).
     checks
         Records CHECK_MEMORY, shape (n_sensors,).
     last_displacements
@@ -84,15 +84,17 @@ class Work(NamedTuple):
     findings
         Record FINDINGS, in an array of length 1.
     displacements, Q
-        At this sample: measured, shape (n_sensors,), and synchronous, shape (N_HARMONICS, n_sensors) (m).
+        Measured displacements, shape (n_sensors,), and synchronous displacements, shape (N_HARMONICS, n_sensors), at
+        this sample (m).
     u
-        Synchronous forces and test force now, shape (n_axes,) (N).
+        Present sum of synchronous forces and test force, shape (n_axes,) (N).
     delta_U, R, H, svd
-        Intermediate results of the adaptation: shapes (n_axes,), (n_sensors, n_axes), (n_axes, n_sensors).
+        Intermediate results of the adaptation: delta_U has the shape (n_axes,), R (n_sensors, n_axes), and H (n_axes,
+        n_sensors).
     C, inverse_S, E
-        Quantities of the notch: shapes (n_axes, n_sensors), (n_axes, n_axes), (n_axes,).
+        Quantities of the notch: C has the shape (n_axes, n_sensors), inverse_S (n_axes, n_axes), and E (n_axes,).
     inputs
-        Inputs of the step, predicted; flat.
+        Flat array of the inputs of the step, with predicted values.
     """
 
     findings: Records
@@ -204,7 +206,7 @@ def n_work(constants: Array) -> int:
 
 
 def linear_state(constants: Array) -> LinearState:
-    """Return the positions of the linear part of the state: PID, currents, filters, displacements of a prediction."""
+    """Return the positions of the state's linear part: PID, currents, filters, and stored displacements."""
     sizes = sizes_of(constants)
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
     U = N_HEAD + n_axes * (N_PID + 1)

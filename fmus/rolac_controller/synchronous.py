@@ -1,4 +1,4 @@
-"""Synchronous control: conditions for adaptation, and the forces of all harmonics by the law of `rolac.mode`."""
+"""Synchronous control: conditions for adaptation, and forces of all harmonics according to `rolac.mode`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from rolac_controller.state import State, Work
 
 @inlined_kernel
 def permitted_status(parameters: Parameters, inputs: Inputs, state: State, work: Work) -> int:
-    """Return the part of the synchronous control's status that does not depend on the table."""
+    """Return the status that the synchronous control has before the table is checked."""
     rolac, findings = parameters.common[0].rolac, work.findings[0]
     if not inputs.common[0].rolac_enable:
         return OFF
@@ -55,8 +55,9 @@ def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Wo
     state
         `U` and `olac` are changed.
     work
-        Its `status` comes from `permitted_status`, and becomes NO_H if H is missing for a harmonic. Receives
-        `extrapolated`, which says whether H belongs to the nearest speed, and `force_limited`.
+        The `status` in its findings is the result of `permitted_status`; it becomes NO_H if H is missing for a
+        harmonic. The findings receive `extrapolated`, which says whether the H of the nearest speed is used, and
+        `force_limited`.
     table
         Table in use.
     """
@@ -77,7 +78,7 @@ def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Wo
 
 @inlined_kernel
 def is_covered(parameters: Parameters, inputs: Inputs, table: TableViews, findings: np.record) -> bool:
-    """Return whether the table contains H of all harmonics for this speed; sets `extrapolated` in `findings`."""
+    """Return whether the table contains H of all harmonics for this speed; set `extrapolated` in `findings`."""
     extrapolated = 0.0
     for k in range(N_HARMONICS):
         order = parameters.harmonics[k].order
@@ -94,7 +95,7 @@ def is_covered(parameters: Parameters, inputs: Inputs, table: TableViews, findin
 
 @inlined_kernel
 def adapt(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
-    """Change the forces of all harmonics by a step of the law; arguments as in `update_forces`."""
+    """Change the forces of all harmonics by a step of the law; the arguments are as in `update_forces`."""
     common, Omega = parameters.common[0], inputs.common[0].Omega
     mode = common.rolac.mode
     if mode == OLAC and not update_is_due(common.olac, work.findings[0].delta_theta, work.Q, state.olac):
@@ -109,7 +110,7 @@ def adapt(parameters: Parameters, inputs: Inputs, state: State, work: Work, tabl
 
 @inlined_kernel
 def interpolate_matrix(table: TableViews, bracket: Bracket, mode: float, work: Work) -> None:
-    """Interpolate the matrix that the law of this mode requires, R or H, between the rows of the table."""
+    """Interpolate the matrix that the law of this mode requires (R or H) between the rows of the table."""
     if mode in (NOTCH, FORCE_FREE):
         interpolate(table.R[bracket.lower], table.R[bracket.upper], bracket.weight, work.R)
     else:
@@ -118,7 +119,7 @@ def interpolate_matrix(table: TableViews, bracket: Bracket, mode: float, work: W
 
 @inlined_kernel
 def step_harmonic(parameters: Parameters, order: float, Omega: float, state: State, work: Work, number: int) -> None:
-    """Change the forces of a harmonic of this order by a step of the law, at a speed (rad/s)."""
+    """Change the forces of the harmonic with this order by a step of the law at a speed (rad/s)."""
     common = parameters.common[0]
     mode = common.rolac.mode
     Q, U = work.Q[number], state.U[number]

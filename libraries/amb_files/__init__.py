@@ -1,1 +1,1 @@
-"""User files: TOML checked against a declared form, files and folders written atomically."""
+"""User files: checks TOML against a declared form, and writes files and folders atomically."""

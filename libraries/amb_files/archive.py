@@ -1,4 +1,4 @@
-"""Zip archives: written reproducibly, and unpacked after a check."""
+"""Zip archives: writes them reproducibly, and unpacks them after a check."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO)
 
 
 def archive_of(content: Mapping[str, bytes]) -> bytes:
-    """Return a zip archive of `content` (by name).
+    """Return a zip archive of `content`, which contains the bytes of each entry by its name.
 
     FMUs are already compressed, so they are stored unchanged.
     """
@@ -48,16 +48,16 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
     Parameters
     ----------
     archive, folder
-        The zip file, and the folder for its entries, which is created if it is missing.
+        The zip file, and the folder for its entries; the folder is created if it is missing.
     name
         Name of the archive in messages.
 
     Raises
     ------
     ValueError
-        If it is not a zip file, is damaged or encrypted, uses an unknown compression method, has more than
-        `MOST_ENTRIES` entries, unpacks to more than `MOST_UNPACKED` bytes, or has entries outside the folder or two
-        different entries of the same name.
+        If the file is not a zip file, is damaged or encrypted, or uses an unknown compression method; if it has more
+        than `MOST_ENTRIES` entries or unpacks to more than `MOST_UNPACKED` bytes; or if it has entries outside the
+        folder or two different entries with the same name.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
@@ -76,7 +76,7 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
 
 
 def _entries(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
-    """Return the entries of an archive; backslashes in names, which some Windows tools write, become `/`."""
+    """Return the entries of an archive; `/` replaces backslashes in their names, which some Windows tools write."""
     entries = archive.infolist()
     for entry in entries:
         entry.filename = entry.filename.replace("\\", "/")
@@ -84,7 +84,7 @@ def _entries(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
 
 
 def _check(archive: zipfile.ZipFile, entries: list[zipfile.ZipInfo]) -> None:
-    """Raise ValueError for entries that must not be unpacked."""
+    """Raise ValueError if an archive contains entries that must not be unpacked."""
     size = sum(entry.file_size for entry in entries)
     if size > MOST_UNPACKED:
         raise ValueError(
@@ -106,15 +106,15 @@ def _check(archive: zipfile.ZipFile, entries: list[zipfile.ZipInfo]) -> None:
 
 
 def _shortened(error: Exception) -> str:
-    """Return the text of an error, which may contain a damaged name, in a single short line."""
+    """Return the text of an error in a single short line; the text may contain a damaged name."""
     text = "".join(letter if letter.isprintable() else "?" for letter in str(error) or type(error).__name__)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def is_unpacked(archive: Path, folder: Path) -> bool:
-    """Return whether a folder contains the entries of a zip file, by their sizes and checksums.
+    """Return whether a folder contains the entries of a zip file; sizes and checksums are compared.
 
-    Files that have not changed since this process found them complete are not read again.
+    Files are not read again if they have not changed since this process found them to be complete.
     """
     seen = _COMPLETE.get((archive, folder), {})
     try:

@@ -1,4 +1,4 @@
-"""Reads files of named arrays: `.npz` of numpy, `.mat` of Matlab (also of format 7.3), Octave, scipy and Julia."""
+"""Reads files of named arrays: `.npz` of numpy, and `.mat` of Matlab (including 7.3), Octave, scipy and Julia."""
 
 from __future__ import annotations
 
@@ -96,9 +96,10 @@ except Exception as error:
 
 
 def read_content(path: Path, keys: Sequence[str] = ()) -> dict[str, NDArray[Any]]:
-    """Return arrays of a file by name: those of `keys` that it contains, or all by default.
+    """Return the arrays of a file by name: those in `keys` that the file contains, or all if `keys` is empty.
 
-    Cells of text become arrays of text; a field of a structure is called `structure.field`, and its value is text.
+    Cell arrays of text become arrays of text. The name of a structure's field is `structure.field`, and its value is
+    returned as text.
 
     Raises
     ------
@@ -136,5 +137,5 @@ def _load_npz(path: Path | IO[bytes], keys: Sequence[str]) -> dict[str, NDArray[
 
 
 def _cut(text: str) -> str:
-    """Shorten a reason, because for a damaged file zipfile prints the whole garbled name."""
+    """Shorten a reason, because zipfile prints the whole garbled name if a file is damaged."""
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."

@@ -13,21 +13,22 @@ from amb_files.temporary_folders import PREFIX, temporary_folder
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Call `write` with a temporary path, then move the result to `path` atomically.
+    """Call `write` with a temporary path, then move the resulting file to `path` atomically.
 
-    A link is replaced, and its target stays as it is. Devices and pipes receive the bytes directly, through links, too.
+    A link is replaced, and its target is not changed. If `path` is a device, a pipe or a link to one, the bytes are
+    written to it directly.
 
     Parameters
     ----------
     path
-        The file; an existing one is replaced. Its folder must exist.
+        The file, which is replaced if it exists. Its folder must exist.
     write
-        Function that writes the file at a path.
+        Function that writes a file at the path that it receives.
 
     Raises
     ------
     OSError
-        If it cannot be written; the error names it.
+        If the file cannot be written; the error names the file.
     """
     with _naming(path):
         if is_special(path):
@@ -43,9 +44,10 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def plain_file(folder: Path, name: str) -> Path:
-    """Return the path of a file that a program writes into a folder under a name of its own.
+    """Return the path of a file that a program writes into a folder under a name that the program chose.
 
-    A link of this name is removed, so that a device behind it, which the user did not name, receives nothing.
+    A link with this name is removed, so that nothing is written to a device behind the link, which the user did not
+    name.
     """
     path = folder / name
     if path.is_symlink():
@@ -54,7 +56,7 @@ def plain_file(folder: Path, name: str) -> Path:
 
 
 def write_file(path: Path, content: str | bytes) -> None:
-    """Write text as UTF-8, or bytes, to a file atomically; see `write_atomically`."""
+    """Write bytes or text (as UTF-8) to a file atomically; see `write_atomically`."""
     if isinstance(content, str):
         write_atomically(path, lambda file: file.write_text(content, encoding="utf-8"))
     else:
@@ -64,9 +66,9 @@ def write_file(path: Path, content: str | bytes) -> None:
 def create_atomically(
     folder: Path, fill: Callable[[Path], object], is_whole: Callable[[Path], bool] = Path.is_dir
 ) -> None:
-    """Create `folder` atomically with the content that `fill` writes; do nothing if it exists and is complete.
+    """Create `folder` atomically with the content that `fill` writes, unless it exists and is complete.
 
-    If two processes create it at the same time, the folder of the first one remains.
+    If two processes create the folder at the same time, the folder of the first process remains.
 
     Parameters
     ----------
@@ -80,7 +82,7 @@ def create_atomically(
     Raises
     ------
     OSError
-        If it cannot be created; the error names it.
+        If the folder cannot be created; the error names the folder.
     """
     if folder.is_dir() and is_whole(folder):
         return
@@ -98,12 +100,13 @@ def create_atomically(
 
 
 def check_writable(path: Path, is_folder: bool, files: Iterable[str] = ()) -> None:
-    """Check that a file, or a folder with some files, can be written, and leave nothing behind.
+    """Check that a file, or a folder with these files, can be written; the check leaves nothing behind.
 
     Raises
     ------
     ValueError
-        If it cannot be written, or if the path of one of the files belongs to a folder, a pipe or a device.
+        If the file or folder cannot be written, or if there is a folder, pipe or device at the path of one of the
+        files.
     """
     for name in files:
         own = path / name
@@ -129,13 +132,13 @@ def check_writable(path: Path, is_folder: bool, files: Iterable[str] = ()) -> No
 
 
 def is_special(path: Path) -> bool:
-    """Return whether a path exists but is neither a regular file nor a folder; it may be a device or a pipe."""
+    """Return whether a path exists but is neither a regular file nor a folder, for example a device or a pipe."""
     return path.exists() and not path.is_file() and not path.is_dir()
 
 
 @contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Name the output in errors of the operating system, instead of a temporary file or nothing."""
+    """Make errors of the operating system name the output if they would name a temporary file or no file."""
     try:
         yield
     except OSError as error:

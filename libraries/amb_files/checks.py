@@ -12,25 +12,25 @@ T = TypeVar("T", bound=Hashable)
 
 
 def require(condition: bool, what: str, value: object, allowed: str) -> None:
-    """Raise a ValueError with the name `what`, its value and the allowed values, unless `condition` holds."""
+    """Raise a ValueError unless `condition` holds; the message contains `what`, its value and the allowed values."""
     if not condition:
         raise ValueError(f"{what} = {value} is not allowed; it must be {allowed}")
 
 
 def require_positive(record: object, **units: str) -> None:
-    """Raise a ValueError unless each field named in `units`, with its unit or "", is finite and above zero."""
+    """Raise a ValueError unless each field of `record` named in `units` is finite and above zero."""
     for name, unit in units.items():
         value = getattr(record, name)
         require(0.0 < value < math.inf, name, f"{value:g} {unit}".rstrip(), f"> 0 {unit}".rstrip())
 
 
 def repeated(names: Iterable[T]) -> list[T]:
-    """Return the names that occur more than once, each once, in the order of their first occurrence."""
+    """Return the names that occur more than once, without repetition and in the order of first occurrence."""
     return [name for name, count in Counter(names).items() if count > 1]
 
 
 def single_line(error: object) -> str:
-    """Return the message of an error in a single line, or its type if it has none."""
+    """Return the message of an error in a single line, or the error's type if it has no message."""
     return " ".join(str(error).split()) or type(error).__name__
 
 

@@ -1,10 +1,10 @@
-"""Reads CSV tables as tools and spreadsheets of any country save them.
+"""Reads CSV tables in the formats in which tools and spreadsheets of any country save them.
 
-Columns are separated by commas, semicolons or tabs. Numbers contain decimal points, or decimal commas throughout, as in
-a German spreadsheet. An ambiguous number is refused: `1,500` by itself may be 1500 or 1.5.
+Columns are separated by commas, semicolons or tabs. Numbers contain decimal points, or else all of them contain decimal
+commas, as in a German spreadsheet. An ambiguous number is refused; for example, `1,500` by itself may be 1500 or 1.5.
 
 Lines that begin with `#` or `%` are comments. If the first line that is not a comment contains numbers, the headings
-are in the last comment above it, as `numpy.savetxt` writes them.
+are read from the last comment above it, where `numpy.savetxt` writes them.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ Numbers = NDArray[np.float64]
 
 
 def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], Rows]:
-    """Return the headings of a table, without blanks around them, and its rows, in which numbers have decimal points.
+    """Return the headings of a table, stripped of blanks, and its rows, in which numbers have decimal points.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
     Raises
     ------
     ValueError
-        If it cannot be read, two headings are equal, rows differ in length, or a number is ambiguous.
+        If the file cannot be read, if two headings are equal, if rows differ in length, or if a number is ambiguous.
     """
     try:
         text, separator = _text_and_separator(path, name, largest)
@@ -89,15 +89,15 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
 def read_numbers(
     path: Path, name: str, parse: Callable[[list[str], Rows], Numbers], largest: int = LARGEST
 ) -> tuple[list[str], Numbers]:
-    """Return the headings of a table and its numbers, shape (rows, columns); other arguments and errors as `read_csv`.
+    """Return the headings and the numbers, shape (rows, columns), of a table; other arguments are as in `read_csv`.
 
-    A table that contains only numbers with decimal points is read at once, in a tenth of the time and memory that
-    reading it cell by cell takes.
+    A table that contains only numbers with decimal points is read as a whole, which takes a tenth of the time and
+    memory of reading it cell by cell. Errors are those of `read_csv`.
 
     Parameters
     ----------
     parse
-        Returns the numbers of any other table, from its headings and its rows, or refuses it.
+        Function that returns the numbers of any other table, given its headings and rows, or raises an error.
     """
     try:
         text, separator = _text_and_separator(path, name, largest)
@@ -116,7 +116,7 @@ def read_numbers(
 
 
 def _plain_numbers(text: str, separator: str) -> tuple[list[str], Numbers] | None:
-    """Return headings and numbers; None for a table with other cells, or without exactly one heading per column."""
+    """Return headings and numbers, or None if a cell is not a number or columns do not have one heading each."""
     text = text.lstrip("\r\n")
     begin = NEWLINE.search(text)
     if begin is None or '"' in text:
@@ -141,7 +141,7 @@ def _plain_numbers(text: str, separator: str) -> tuple[list[str], Numbers] | Non
 
 
 def _text_and_separator(path: Path, name: str, largest: int) -> tuple[str, str]:
-    """Return the text of a table without comments, and the separator of its columns."""
+    """Return the text of a table without comments, and the separator between its columns."""
     text = read_text(path, name, largest)
     separator_line = SEPARATOR_LINE.match(text)
     text = _without_comments(text[separator_line.end() :] if separator_line else text)
@@ -149,7 +149,7 @@ def _text_and_separator(path: Path, name: str, largest: int) -> tuple[str, str]:
 
 
 def _without_comments(text: str) -> str:
-    """Return the lines that are not comments; the last comment above numbers contains their headings."""
+    """Return the lines that are not comments; the last comment above numbers is kept, because it has the headings."""
     if not HAS_COMMENT.search(text):
         return text
     lines = re.split(r"(?<=\n)", text)
@@ -162,19 +162,19 @@ def _without_comments(text: str) -> str:
 
 
 def _rows(text: str, separator: str) -> Iterator[list[str]]:
-    """Yield the rows that contain a value."""
+    """Yield the rows that contain at least one value."""
     for row in csv.reader(StringIO(text, newline=""), delimiter=separator):
         if any(cell.strip() for cell in row):
             yield row
 
 
 def _used(row: list[str]) -> int:
-    """Return the number of cells of a row up to the last cell that is not blank."""
+    """Return the number of cells in a row, up to and including the last cell that is not blank."""
     return next((k for k in range(len(row), 0, -1) if row[k - 1].strip()), 0)
 
 
 def _separator(text: str) -> str:
-    """Return the separator that divides all the first rows into equally many cells, or else gives the most headings."""
+    """Return the separator that divides all first rows into equally many cells, or else yields the most headings."""
     end = text.rfind("\n", 0, SAMPLED)
     sample = text if len(text) <= SAMPLED or end < 0 else text[: end + 1]
     lengths = {sep: [len(row) for row in islice(_rows(sample, sep), SAMPLED_ROWS)] for sep in SEPARATORS}
@@ -185,7 +185,7 @@ def _separator(text: str) -> str:
 
 
 def _with_points(rows: Rows, name: str) -> Rows:
-    """Return rows with decimal commas replaced by decimal points, if all their fractions use decimal commas."""
+    """Return the rows; if all fractions have decimal commas, points replace the commas."""
     items = [item for row in rows for cell in row if "," in cell for item in cell.split()]
     commas = [item for item in items if COMMA.fullmatch(item)]
     if grouped := next((item for item in items if item.count(",") and _is_grouped(item)), ""):
@@ -207,6 +207,6 @@ def _is_grouped(item: str) -> bool:
 
 
 def _plain(cell: str) -> str:
-    """Return a cell with commas replaced by points, if all its items, separated by blanks, are numbers."""
+    """Return a cell; if all of its items, separated by blanks, are numbers, points replace their commas."""
     items: Sequence[str] = cell.split()
     return cell.replace(",", ".") if all(COMMA.fullmatch(i) or re.fullmatch(r"[+-]?\d+", i) for i in items) else cell

@@ -24,10 +24,10 @@ class PackFile:
     description
         A line about the pack.
     rotor, scenario, changing_speed
-        Defaults for the rotor, the scenario, and the scenario with a changing speed. Scenarios of a pack use the rotor
-        of their pack; elsewhere a default is used if a single pack defines it.
+        Defaults for the rotor, the scenario, and the scenario with a changing speed. Scenarios of a pack use the
+        default rotor of their pack. Elsewhere, a default is used only if exactly one pack defines it.
     live
-        Scenarios that the live rig offers in addition to the requested one, in order.
+        Scenarios that the live rig offers after the requested one, in this order.
     """
 
     description: StrictStr = ""
@@ -39,7 +39,7 @@ class PackFile:
 
 @cache
 def pack_files() -> dict[str, PackFile]:
-    """Return the pack files, by name of the pack; an invalid one is skipped with a warning."""
+    """Return the pack files, by name of the pack; an invalid file is skipped with a warning."""
     result = {}
     for pack, folder in packs().items():
         file, what = folder / NAME, f"{NAME} of pack {pack}"
@@ -53,12 +53,12 @@ def pack_files() -> dict[str, PackFile]:
 
 
 def default(key: Default) -> str:
-    """Return the default that a pack defines.
+    """Return the default that is defined by exactly one pack.
 
     Raises
     ------
     ValueError
-        If no pack, or more than one, defines it.
+        If no pack defines the default, or more than one pack does.
     """
     values = {pack: name for pack, file in pack_files().items() if (name := getattr(file, key)) is not None}
     if len(values) != 1:
@@ -69,23 +69,24 @@ def default(key: Default) -> str:
 
 
 def default_of_pack(key: Default, file: Path) -> str | None:
-    """Return the default of the pack that contains a file; None if no pack does, or if it has no default."""
+    """Return the default of the pack that contains a file, or None if there is no such pack or no such default."""
     pack = next((pack for pack, folder in packs().items() if folder == file.parent.parent), None)
     return getattr(pack_files().get(pack or ""), key, None)
 
 
 def rotor_path(rotor: str | Path | None = None) -> Path:
-    """Return the file of a packaged rotor, or a path unchanged.
+    """Return the file of a packaged rotor; if `rotor` is a path, return it unchanged.
 
     Parameters
     ----------
     rotor
-        Name of a rotor, such as `compressor`, or a path; default: the default of the packs.
+        Name of a rotor, such as `compressor`, or a path. If it is None, the default rotor of the packs is used.
 
     Raises
     ------
     ValueError
-        If `rotor` is neither of these; the message suggests names. A path that ends in `.toml` is not checked.
+        If `rotor` is neither a known name nor an existing path; the message suggests names. A path that ends in `.toml`
+        is not checked.
     """
     name = default("rotor") if rotor is None else rotor
     rotors, path = files_of("rotors"), Path(name)

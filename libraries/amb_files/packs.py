@@ -1,16 +1,16 @@
-"""Packs: packages with the data of a machine or source, found by entry points.
+"""Packs: packages that contain the data of a machine or a source, and are found by their entry points.
 
 A distribution that declares
 
     [project.entry-points."amb_cosim.packs"]
     my_pump = "my_pump"
 
-adds the package `my_pump`. Its folders `rotors`, `systems`, `scenarios` and `sweeps` contain files of that kind, which
-are used by their names. The optional file `pack.toml` has the form of `PackFile`; the modules `studies` and `commands`
-add studies and commands.
+adds the package `my_pump`. Its folders `rotors`, `systems`, `scenarios` and `sweeps` contain files of these kinds, to
+which users refer by name. The optional file `pack.toml` has the form of `PackFile`. The optional modules `studies` and
+`commands` add studies and commands.
 
-An application is a package of code above the orchestrator, declared in the group `amb_cosim.applications`. It adds
-studies and commands as packs do, and its module `listing` adds entries to `amb-cosim list`.
+An application is a package that builds on the orchestrator and is declared in the group `amb_cosim.applications`. It
+adds studies and commands as packs do, and its module `listing` adds entries to `amb-cosim list`.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ ENDLESS = "it is not a regular file"  # a pipe or a device
 
 
 def endless_distributions() -> dict[str, str]:
-    """Return each installed distribution whose `entry_points.txt` is a pipe or a device, with the reason.
+    """Return the installed distributions whose `entry_points.txt` is a pipe or a device, each with the reason.
 
-    Reading these may never end, and libraries read the files of all distributions when they are imported.
+    Reading such a file may never end, and libraries read the files of all distributions when they are imported.
     """
     endless = (each for each in distributions() if _is_endless(each, "entry_points.txt"))
     return dict.fromkeys(map(_name_of, endless), ENDLESS)
@@ -50,12 +50,12 @@ def _is_endless(distribution: Distribution, file: str) -> bool:
 
 
 def unreadable_distributions() -> dict[str, str]:
-    """Return each installed distribution whose `entry_points.txt` cannot be read, with the reason."""
+    """Return the installed distributions whose `entry_points.txt` cannot be read, each with the reason."""
     return {_name_of(each): reason for each in distributions() if (reason := _why_unreadable(each))}
 
 
 def _why_unreadable(distribution: Distribution) -> str:
-    """Return the reason why the `entry_points.txt` of a distribution cannot be read; empty if it can."""
+    """Return the reason why a distribution's `entry_points.txt` cannot be read, or an empty text if it can."""
     if _is_endless(distribution, "entry_points.txt"):
         return ENDLESS
     try:
@@ -67,7 +67,7 @@ def _why_unreadable(distribution: Distribution) -> str:
 
 
 def _name_of(distribution: Distribution | None) -> str:
-    """Return the name of a distribution, or its folder if it has none."""
+    """Return the name of a distribution, or the name of its folder if it has none."""
     named = None
     with suppress(Exception):  # whatever the standard library raises for a METADATA that cannot be read
         named = distribution and not _is_endless(distribution, "METADATA") and distribution.metadata["Name"]
@@ -75,13 +75,13 @@ def _name_of(distribution: Distribution | None) -> str:
 
 
 def pack_of(file: Path) -> str:
-    """Return the name of the pack that contains a file in its folder or directly in a subfolder."""
+    """Return the name of the pack that contains a file, either in its folder or directly in a subfolder."""
     parents = file.parent, file.parents[1]
     return next((pack for pack, folder in packs().items() if folder in parents), file.parents[1].name)
 
 
 def entry_points_of(group: str) -> list[EntryPoint]:
-    """Return the entry points of a group, sorted; distributions that cannot be read are skipped with a warning."""
+    """Return the sorted entry points of a group; distributions that cannot be read are skipped with a warning."""
     try:
         return sorted(entry_points(group=group))
     except Exception:  # one broken distribution of many
@@ -105,8 +105,8 @@ def _readable() -> Iterator[Iterable[EntryPoint]]:
 def packs() -> dict[str, Path]:
     """Return the folders of the installed packs, by name; a pack without a package is skipped with a warning.
 
-    If several packs share a name, the later ones are also called by the name of their package; a package with two names
-    is one pack.
+    If several packs have the same name, the package name is appended to the names of all but the first. A package with
+    two names is one pack.
     """
     points: dict[Path, EntryPoint] = {}
     for point, folder in _folders(GROUP):
@@ -124,19 +124,20 @@ def applications() -> dict[str, Path]:
 
 
 class PackFiles(Mapping[str, Path]):
-    """TOML files in folders of packs, by their names without the suffix, one pack after another.
+    """TOML files in folders of packs, by their names without the suffix and in the order of the packs.
 
-    A name that occurs in two packs is not listed, and using it raises ValueError; the name of a file of a `general`
-    package means that file. To find one file, no folder is listed, because some contain thousands of files.
+    A name that occurs in two packs is not listed, and using it raises ValueError. However, if a `general` package has a
+    file with this name, the name refers to that file. Looking up one file lists no folder, because some folders contain
+    thousands of files.
 
     Parameters
     ----------
     kind
-        Folder of the packs, such as `rotors`.
+        Name of the folder in each pack, such as `rotors`.
     homes
-        Folders of the packs, by name.
+        Folder of each pack, by the name of the pack.
     general
-        Folders of other packages to search before the packs, by name.
+        Folders of other packages, by name, which are searched before the packs.
     """
 
     def __init__(
@@ -160,9 +161,9 @@ class PackFiles(Mapping[str, Path]):
         return sum(1 for _ in self)
 
     def in_pack_of(self, user: Path, name: str) -> Path | None:
-        """Return the file of a name that several packs use, in the pack that contains the file `user`, if there is one.
+        """Return the file for a name that several packs use, from the pack that contains the file `user`, if any.
 
-        In a file of a pack, such a name means the file of the same pack, whatever names other packs use.
+        If a file of a pack uses such a name, it refers to the file of the same pack, whatever names other packs use.
         """
         owners = self._having(name)
         folders = (self._folders[owner] for owner in owners if self._folders[owner].parent == user.parent.parent)
@@ -170,7 +171,7 @@ class PackFiles(Mapping[str, Path]):
         return None if folder is None else folder / f"{name}{SUFFIX}"
 
     def clashes(self) -> list[str]:
-        """Return the sentence about each name that is refused because several packs use it."""
+        """Return a sentence about each name that is refused because several packs use it."""
         return [self._clash(name, owners) for name, owners in self._owners().items() if self._is_ambiguous(owners)]
 
     def _owners(self) -> dict[str, list[str]]:
@@ -181,7 +182,7 @@ class PackFiles(Mapping[str, Path]):
         return result
 
     def _having(self, name: str) -> list[str]:
-        """Return the packs that use a name."""
+        """Return the packs that contain a file with this name."""
         file = f"{name}{SUFFIX}"
         is_name = Path(file).name == file
         return [pack for pack, folder in self._folders.items() if is_name and os.path.lexists(folder / file)]
@@ -199,9 +200,9 @@ def files_of(kind: str, **general: Path) -> PackFiles:
     Parameters
     ----------
     kind
-        Folder of the packs, such as `rotors`.
+        Name of the folder in each pack, such as `rotors`.
     general
-        Folders of other packages to search before the packs, by name.
+        Folders of other packages, by name, which are searched before the packs.
     """
     others = {pack: folder for pack, folder in packs().items() if folder not in general.values()}
     return PackFiles(kind, {f"{pack} (pack)" if pack in general else pack: others[pack] for pack in others}, general)
@@ -209,10 +210,10 @@ def files_of(kind: str, **general: Path) -> PackFiles:
 
 @cache
 def modules_of(name: str, *needed: str) -> dict[str, ModuleType]:
-    """Import the module `name` of each application and pack that has one; return the modules by application or pack.
+    """Import the module `name` of each application and pack that has one; return them by application or pack.
 
-    Applications come first. A module that cannot be imported, or lacks one of the `needed` names because it has another
-    purpose, is skipped with a warning.
+    Applications come first. A module is skipped with a warning if it cannot be imported, or if it lacks one of the
+    `needed` names and so has another purpose.
     """
     homes = {
         package: (f"application {_quoted(package)}", package, folder) for package, folder in applications().items()
@@ -234,7 +235,7 @@ def modules_of(name: str, *needed: str) -> dict[str, ModuleType]:
 
 
 def reason(error: BaseException) -> str:
-    """Return type and message of an error in third-party code, quoted and shortened, if it has a message."""
+    """Return the type of an error in third-party code and its message, if it has one, quoted and shortened."""
     try:
         text = f"{type(error).__name__}: {error}"
     except Exception:  # of its own method __str__
@@ -243,14 +244,14 @@ def reason(error: BaseException) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a text of an installed distribution for a message."""
+    """Return a text from an installed distribution, quoted and shortened for a message."""
     return repr(text if len(text) <= LONGEST else f"{text[:LONGEST]}...")
 
 
 def _folders(group: str) -> Iterator[tuple[EntryPoint, Path]]:
-    """Yield the entry points of a group with the folders of their packages; entry points without a package are skipped.
+    """Yield the entry points of a group, each with the folder of its package; points without a package are skipped.
 
-    Each distribution gets one warning about all skipped entry points, which names the first of them.
+    One warning per distribution reports all skipped entry points and names the first of them.
     """
     kind = group.rpartition(".")[2].removesuffix("s")
     skipped: dict[int, list[EntryPoint]] = {}  # by distribution, whose name takes longer to read than all its points

@@ -1,6 +1,6 @@
-"""Speeds and frequencies in files: each needs its unit, because a number may be meant in rpm, Hz or rad/s; 0 does not.
+"""Checks that speeds and frequencies in files, except 0, have units: a number may be meant in rpm, Hz or rad/s.
 
-In Python a number is in rad/s.
+In Python, a number without a unit is in rad/s.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 
 def require_speed_units(data: object, keys: Collection[str], place: str = "") -> None:
-    """Raise a ValueError if a value of one of these keys, at any depth of a file's data, is a number without a unit.
+    """Raise a ValueError if a value of one of `keys`, at any depth of a file's data, is a number without a unit.
 
     Examples
     --------
@@ -31,7 +31,7 @@ def require_speed_units(data: object, keys: Collection[str], place: str = "") ->
 
 
 def require_speed_unit(written: object, name: str = "Omega") -> None:
-    """Raise a ValueError if a text is a speed without a unit, other than 0."""
+    """Raise a ValueError if a text is a speed without a unit and is not 0."""
     if isinstance(written, str):
         try:
             is_zero = float(written) == 0.0
@@ -43,7 +43,7 @@ def require_speed_unit(written: object, name: str = "Omega") -> None:
 
 
 def with_speed_units(data: Any, keys: Collection[str]) -> Any:
-    """Return the data of a file with the unit of numbers in rad/s whose keys are among `keys`, at any depth."""
+    """Return the data of a file, with the unit rad/s added to numbers whose keys, at any depth, are in `keys`."""
     if isinstance(data, dict):
         return {
             key: f"{value!r} rad/s" if key in keys and _is_number(value) else with_speed_units(value, keys)

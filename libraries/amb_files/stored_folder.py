@@ -1,4 +1,4 @@
-"""Cached folders with a digest of their files; damaged folders are rebuilt."""
+"""Cached folders, each with a digest of its files; damaged folders are rebuilt."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DIGEST = "sha256.txt"
 
 
 def keep(folder: Path, fill: Callable[[Path], object]) -> None:
-    """Create `folder` atomically with the content that `fill` writes; do nothing if it exists and is undamaged.
+    """Create `folder` atomically with the content that `fill` writes, unless it exists and is undamaged.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def keep(folder: Path, fill: Callable[[Path], object]) -> None:
     Raises
     ------
     OSError
-        If it cannot be created; the error names it.
+        If the folder cannot be created; the error names the folder.
     """
 
     def fill_and_sign(stage: Path) -> None:
@@ -36,7 +36,7 @@ def keep(folder: Path, fill: Callable[[Path], object]) -> None:
 
 
 def is_undamaged(folder: Path) -> bool:
-    """Return whether a folder made by `keep` exists unchanged."""
+    """Return whether a folder that `keep` made exists and is unchanged."""
     try:
         return (folder / DIGEST).read_text(encoding="ascii") == _digest(folder)
     except (OSError, ValueError):
@@ -44,7 +44,7 @@ def is_undamaged(folder: Path) -> bool:
 
 
 def _digest(folder: Path) -> str:
-    """Return the digest of the names and the content of the other files of a folder."""
+    """Return the digest of the names and contents of a folder's files, except the file with the digest."""
     sha = hashlib.sha256()
     for file in sorted(folder.iterdir()):
         if file.name != DIGEST:

@@ -1,4 +1,4 @@
-"""Temporary folders that are removed with their process; a later process removes the folders of a killed process."""
+"""Temporary folders that their process removes when it ends; if it is killed, a later process removes them."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ PREFIX = ".amb-cosim-"
 
 @contextmanager
 def temporary_folder(parent: Path | None = None) -> Iterator[Path]:
-    """Yield a new folder in `parent`, by default the system's folder for temporary files, and remove it afterwards.
+    """Yield a new folder in `parent` (default: the system's folder for temporary files), and remove it afterwards.
 
-    It is locked until the process ends for any reason. Unlocked folders that this function made for the same user are
-    removed from `parent`; a digest at the end of their names identifies them.
+    The folder is locked until it is removed or the process ends for any reason. Unlocked folders that this function
+    made earlier for the same user are removed from `parent`; a digest at the end of their names identifies them.
     """
     parent = Path(tempfile.gettempdir()) if parent is None else parent
     _remove_abandoned(parent)
@@ -53,7 +53,7 @@ def _create_locked(folder: Path) -> int | None:
 
 
 def _name(token: str) -> str:
-    """Return the name of a folder; it ends with a digest of its beginning, so no other folder has such a name."""
+    """Return the name of a folder, which ends with a digest of its beginning to distinguish it from other folders."""
     return f"{PREFIX}{token}-{hashlib.sha256(f'{PREFIX}{token}'.encode()).hexdigest()[:16]}"
 
 
@@ -79,7 +79,7 @@ def _remove_abandoned(parent: Path) -> None:
 
 
 def _lock(folder: Path, wait: bool) -> int | None:
-    """Lock a folder and return its descriptor for `_unlock`; raises OSError if it is locked and `wait` is false."""
+    """Lock a folder and return a descriptor for `_unlock`; raise OSError if it is locked and `wait` is false."""
     if sys.platform == "win32":
         return None
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)

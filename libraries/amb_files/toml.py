@@ -1,4 +1,4 @@
-"""Reads TOML and checks it against a declared form; each error is one line with key, value and allowed range.
+"""Reads TOML and checks it against a declared form; each error is a line with key, value and allowed range.
 
 The form of a file is declared once, as types with limits and units:
 
@@ -18,7 +18,7 @@ An invalid file raises a ValueError such as
     rotor file pump.toml: bodies[0].mass (impeller) = -1.0 kg is not allowed; it must be > 0 kg
     rotor file pump.toml: unknown key bodies[1].mas (seal); did you mean mass?
 
-Positions in brackets count from 0; the name in parentheses is the name of the part, if it has one.
+Indices in brackets count from 0; the name in parentheses is that of the table in the list, if it has one.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If the text is not valid TOML (the message shows line and column), is longer than `LARGEST_TOML`, or its tables
-        are nested too deeply.
+        If the text is not valid TOML (the message shows line and column), if it is longer than `LARGEST_TOML`, or if
+        its tables are nested too deeply.
     """
     if len(text) > LARGEST_TOML:
         sizes = f"{len(text) / 2**20:.1f} MB; it must have <= {LARGEST_TOML >> 20} MB"
@@ -90,7 +90,7 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
 
 
 def _separators(text: str, error: str) -> str:
-    """Return a hint if the line with an error contains a number with a decimal comma, or with groups of digits."""
+    """Return a hint if the line with an error contains a number with a decimal comma or thousands separators."""
     at, lines = LINE.search(error), text.splitlines()
     number = SEPARATED.search(lines[int(at[1]) - 1]) if at is not None and int(at[1]) <= len(lines) else None
     return "" if number is None else f"; {number[1]} has a comma: numbers take a decimal point and no other separators"
@@ -117,7 +117,7 @@ def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
 def read_text(source: Path | Traversable, name: str, largest: int = LARGEST) -> str:
     """Return the text of a file without its byte order mark; for arguments and errors see `read_bytes`.
 
-    It is UTF-8, or UTF-16 with a byte order mark, as editors and shells of Windows save it.
+    The file is UTF-8, or UTF-16 with a byte order mark, which editors and shells of Windows write.
     """
     content = read_bytes(source, name, largest)
     encoding = "utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig"
@@ -134,7 +134,7 @@ def read_text(source: Path | Traversable, name: str, largest: int = LARGEST) -> 
 
 
 def read_bytes(source: Path | Traversable, name: str, largest: int = LARGEST) -> bytes:
-    """Return the content of a file of at most `largest` bytes; for other arguments and errors see `read_toml`."""
+    """Return the content of a file with at most `largest` bytes; for other arguments and errors see `read_toml`."""
     try:
         if isinstance(source, Path):
             if source.is_dir():
@@ -177,7 +177,8 @@ def validate(data: object, form: type[T], name: str) -> T:
 def table(form: type[T]) -> type[T]:
     """Declare the form of a TOML table as a frozen dataclass that checks its fields.
 
-    Unknown keys, NaN and infinity are not allowed. Instances made in Python raise the same ValueError as files.
+    Unknown keys, NaN and infinity are not allowed. Invalid instances that are made in Python raise the same ValueError
+    as invalid files.
     """
     checked: Any = pydantic_dataclass(config=STRICT, frozen=True)(form)
     checked.__init__ = _raising_sentences(checked.__init__, checked)

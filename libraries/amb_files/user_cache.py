@@ -1,4 +1,4 @@
-"""The user's cache folder, or a temporary one of this process if others could write to the user's."""
+"""The user's cache folder, or a temporary folder of this process if other users could write to the cache folder."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ _exit_stack = ExitStack()
 
 
 def user_cache() -> Path:
-    """Return the user's cache folder, created if it is missing.
+    """Return the user's cache folder; create it if it is missing.
 
-    It contains machine code that is loaded. If it is not writable, or if somebody else owns it or can write to it, a
-    temporary folder of this process is used instead. The second case is logged, but only once.
+    The folder contains machine code that will be loaded. Therefore, a temporary folder of this process is used instead
+    if another user owns the cache folder or can write to it; this is logged once. The temporary folder is also used if
+    the cache folder is not writable.
     """
     folder = platformdirs.user_cache_path("amb-cosim", appauthor=False)
     try:
@@ -39,10 +40,10 @@ def user_cache() -> Path:
 
 
 def is_private(folder: Path) -> bool:
-    """Return whether a folder is this user's and only root and the user can change or replace it.
+    """Return whether a folder belongs to this user, and only root and the user can change or replace it.
 
-    A group with the user as its only member counts as the user; parents may include a folder like /tmp, where only
-    owners can rename entries.
+    A group whose only member is the user counts as the user. Parents may include a folder such as /tmp, where only the
+    owner of an entry can rename it.
     """
     if not hasattr(os, "geteuid"):  # Windows: the profile is the user's
         return True

@@ -1,4 +1,4 @@
-"""Turns pydantic's errors into a sentence each."""
+"""Turns each of pydantic's errors into a sentence."""
 
 from __future__ import annotations
 
@@ -64,14 +64,14 @@ class Allowed:
 
 @dataclass(frozen=True)
 class _Declared:
-    """Declaration of a place in the data: its type, and the additions of `Annotated` and `Field`."""
+    """Declaration of an item of the data: its type, and the metadata from `Annotated` and `Field`."""
 
     hint: Any
     metadata: tuple[Any, ...] = ()
 
 
 def sentences(error: ValidationError, form: type[Any], data: object) -> list[str]:
-    """Write a sentence per error: key, value and allowed range.
+    """Write one sentence for each error, with key, value and allowed range.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def sentences(error: ValidationError, form: type[Any], data: object) -> list[str
     form
         A pydantic model or dataclass.
     data
-        The validated data: mappings, sequences and scalars.
+        The data that were validated: mappings, sequences and scalars.
     """
     by_place: dict[Location, list[ErrorDetails]] = {}
     for details in error.errors():
@@ -138,12 +138,12 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
 
 
 def _options(form: type[Any], unknown: ErrorDetails) -> list[str]:
-    """Return the allowed keys at the place of an unknown one."""
+    """Return the keys that are allowed in the table that contains an unknown key."""
     return [key for declared in _declared(form, unknown["loc"][:-1]) for key in _fields(declared.hint)]
 
 
 def _at_place(sentence: str, keys: Location, data: object) -> str:
-    """Return the error message of a form's check, with its place: `diameter = ...` becomes `shaft.diameter = ...`."""
+    """Return the error message of a form's check with the full key: `diameter = ...` becomes `shaft.diameter = ...`."""
     named = re.match(r"(\w+)(?= (?:=|is missing|is set))", sentence)
     if named:
         return _place((*keys, named[1]), data) + sentence[named.end() :]
@@ -178,7 +178,7 @@ def _unit(metadata: Sequence[Any]) -> str:
 
 
 def _shortened(value: object) -> str:
-    """Return the value as TOML, shortened; tables are not written out."""
+    """Return the value as shortened TOML; tables are not written out."""
     if isinstance(value, Mapping):
         return "a table"
     if isinstance(value, bool):
@@ -188,7 +188,7 @@ def _shortened(value: object) -> str:
 
 
 def _place(keys: Location, data: object) -> str:
-    """Key path such as `bodies[2].mass (d3)`; the name is that of the innermost part that has a name."""
+    """Return a key path such as `bodies[2].mass (d3)`; the name is that of the innermost list item that has one."""
     text, name = "", ""
     for depth, key in enumerate(keys):
         text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key
@@ -199,7 +199,7 @@ def _place(keys: Location, data: object) -> str:
 
 
 def _keys(details: ErrorDetails, data: object) -> Location:
-    """Return the parts of an error's location that exist in the data, and a missing key.
+    """Return the parts of an error's location that exist in the data, and the missing key if there is one.
 
     pydantic's locations also contain members of unions and names of validators.
     """
@@ -228,7 +228,7 @@ def _at(data: Any, keys: Location) -> Any:
 
 
 def _declared(form: Any, location: Location) -> list[_Declared]:
-    """Return the declarations of the place; a union has several."""
+    """Return the declarations of a location; a union has several."""
     here = list(_unwrapped(_Declared(form)))
     for part in location:
         tagged = [d for d in here if _is_tagged(d, part)]
@@ -242,7 +242,7 @@ def _declared(form: Any, location: Location) -> list[_Declared]:
 
 
 def _is_tagged(declared: _Declared, tag: int | str) -> bool:
-    """Return whether a tag selects this member of a union, by itself or as the value of a key."""
+    """Return whether a tag selects this member of a union, either as a `Tag` or as the value of a key."""
     kinds = (info.annotation for info in _fields(declared.hint).values() if get_origin(info.annotation) is Literal)
     own = any(isinstance(extra, Tag) and extra.tag == tag for extra in declared.metadata)
     return own or any(tag in get_args(kind) for kind in kinds)
@@ -263,7 +263,7 @@ def _member(hint: Any, part: int | str) -> Iterator[_Declared]:
 
 
 def _unwrapped(declared: _Declared) -> Iterator[_Declared]:
-    """Return the members of a union, without `Annotated`."""
+    """Yield the members of a union, with `Annotated` removed."""
     origin = get_origin(declared.hint)
     if origin is Annotated:
         hint, *extras = get_args(declared.hint)

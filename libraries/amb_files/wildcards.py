@@ -1,6 +1,6 @@
 """Names with wildcards: `*` for any characters, `?` for any single character, `[xy]` for x or y.
 
-Brackets with numbers are array indices and are taken literally: `u[2]`, `gains[*,1]`.
+Brackets that contain numbers are array indices, such as `u[2]` and `gains[*,1]`, and are taken literally.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def matches(name: str, pattern: str) -> bool:
 
 
 def matching_names(names: Iterable[str], pattern: str) -> list[str]:
-    """Return the names that match a pattern, in their order.
+    """Return the names that match a pattern, in the given order.
 
     Examples
     --------

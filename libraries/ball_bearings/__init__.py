@@ -1,1 +1,1 @@
-"""Ball bearings from their catalogue data: Hertz contact of balls and grooves, loads of the balls, stiffness."""
+"""Ball bearings from their catalogue data: Hertz contact of balls and grooves, ball loads, stiffness."""

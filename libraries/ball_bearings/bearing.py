@@ -1,24 +1,26 @@
-"""A ball bearing under a force: loads of its balls, displacement, pressure, and its static rating.
+"""A ball bearing under a force: ball loads, displacement, pressure, life and static rating.
 
-Balls lie at the angles phi_j. The centres of the grooves are at the distance B = (f_i + f_o - 1) D, and the contact
-angle without load is alpha. A displacement (x, y, z) of the inner ring changes that distance at ball j to
+The balls lie at the angles phi_j. Without load, the distance between the groove centres is B = (f_i + f_o - 1) D, and
+the contact angle is alpha. A displacement (x, y, z) of the inner ring changes the distance at ball j to s_j and causes
+the load Q_j:
 
     s_j = hypot(B cos(alpha) - P_d/2 + x cos(phi_j) + y sin(phi_j),  B sin(alpha) +- z)
     Q_j = K max(s_j - B, 0)^1.5
 
-along the line of the centres, + in the first row and - in the second of a pair. The force -Q_j acts on the inner ring.
-Under an axial force alone every ball of a row carries Q = F_a/(Z sin(alpha)), with the angle alpha under that load.
-Rings are rigid and the balls have no mass, so forces are quasi-static. The rings do not tilt, and the shoulders of the
-grooves are as high as the balls' contacts require. Source: T. A. Harris, Rolling Bearing Analysis, chapters on load
-distribution; ISO 76 for the static rating.
+The load acts along the line between the groove centres. The sign before z is + in the first row and - in the second row
+of a pair. The force -Q_j acts on the inner ring. Under an axial force alone, every ball of a row carries Q = F_a/(Z
+sin(alpha)), where alpha is the contact angle under that load. Rings are rigid and the balls have no mass, so forces are
+quasi-static. The rings do not tilt, and the shoulders of the grooves are as high as the balls' contacts require.
+Source: T. A. Harris, Rolling Bearing Analysis, chapters on load distribution; ISO 76 for the static rating.
 
-Life, in revolutions that 90 % of bearings reach (G. Lundberg, A. Palmgren, 1947; factor b_m of ISO 281):
+The life L is the number of revolutions that 90 % of bearings reach (G. Lundberg, A. Palmgren, 1947; factor b_m of ISO
+281):
 
     Q_c = 98.1 b_m (2f/(2f - 1))^0.41 (1 -+ g)^1.39/(1 +- g)^(1/3) (D/d_m)^0.3 D^1.8 Z^(-1/3)       N, D in mm
     L = 10^6 (Q_c/Q_e)^3,   g = D cos(alpha)/d_m,   upper signs for the inner race
 
-Q_e is the cubic mean of a row's loads on the race that rotates, the inner one; on the other race the exponent of the
-mean is 10/3. The lives of races and rows combine by L^(-10/9) = sum of L_i^(-10/9).
+For the rotating race (the inner one), Q_e is the cubic mean of a row's ball loads; for the other race, the exponent of
+the mean is 10/3. The lives of races and rows combine by L^(-10/9) = sum of L_i^(-10/9).
 """
 
 from __future__ import annotations
@@ -42,23 +44,24 @@ WEIBULL = 10.0 / 9.0  # exponent of the distribution of lives of ball bearings
 
 @dataclass(frozen=True)
 class BallBearing:
-    """A ball bearing: a deep-groove bearing of one row or two, or a pair of rows with a contact angle.
+    """A deep-groove ball bearing with one or two rows, or a pair of rows with a contact angle.
 
     balls, ball_diameter, pitch_diameter
-        Number of balls of a row; D, d_m (m).
+        Number of balls per row, ball diameter D (m) and pitch diameter d_m (m).
     conformity
-        f_i, f_o: radii of inner and outer groove over D.
+        Groove radii of the inner and outer race divided by D, f_i and f_o.
     rows
-        1 or 2. Back-to-back and face-to-face arrangements differ only under moments, which are not modelled.
+        Number of rows, 1 or 2. Back-to-back and face-to-face arrangements differ only under moments, which are not
+        modelled.
     contact_angle
-        alpha without load (rad); above 0 only with two rows, since a single row needs an axial force to carry a radial
-        force.
+        Contact angle alpha without load (rad). It may be above 0 only if there are two rows, because a single row needs
+        an axial force to carry a radial force.
     clearance
-        Diametral internal clearance P_d (m) of a bearing without contact angle; negative for an interference.
+        Diametral internal clearance P_d (m) of a bearing whose contact angle is 0; negative for an interference.
     preload
-        Axial force of one row of a pair with a contact angle on the other (N).
+        Axial force (N) that the two rows of a pair with a contact angle exert on each other.
     ball
-        Material of the balls; the races are of steel.
+        Material of the balls; the races are made of steel.
     """
 
     balls: int
@@ -107,12 +110,12 @@ class BallBearing:
 
     @cached_property
     def stiffness(self) -> float:
-        """K of a ball between both races (N/m^1.5)."""
+        """Stiffness K of a ball between both races (N/m^1.5)."""
         return in_series(*self.contacts)
 
     @property
     def groove_distance(self) -> float:
-        """Distance B of the centres of the grooves without load (m)."""
+        """Distance B between the groove centres without load (m)."""
         return (sum(self.conformity) - 1.0) * self.ball_diameter
 
     @cached_property
@@ -138,20 +141,20 @@ class BallBearing:
         Parameters
         ----------
         displacement
-            x, y, z of the inner ring relative to the outer one (m).
+            Displacement (x, y, z) of the inner ring relative to the outer ring (m).
         angle
             Angle of the first ball (rad).
         """
         return self._loads(displacement, angle)[0]
 
     def force(self, displacement: Array, angle: float = 0.0) -> Array:
-        """Return the force on the inner ring (N), shape (3,), at a displacement as in `ball_loads`."""
+        """Return the force on the inner ring (N), shape (3,); the arguments are as in `ball_loads`."""
         Q, radial, axial, phi = self._loads(displacement, angle)
         lateral = Q * radial
         return -np.array([np.sum(lateral * np.cos(phi)), np.sum(lateral * np.sin(phi)), np.sum(Q * axial)])
 
     def _loads(self, displacement: Array, angle: float) -> tuple[Array, Array, Array, Array]:
-        """Return the loads, the direction of each along the radius and the axis, and the angles of the balls."""
+        """Return the ball loads, the radial and axial components of their directions, and the angles of the balls."""
         x, y, z = displacement
         phi = angle + 2.0 * math.pi * np.arange(self.balls) / self.balls
         signs = np.array([[1.0], [-1.0]])[: self.rows]
@@ -163,12 +166,12 @@ class BallBearing:
         return Q, radial / s, axial / s, phi
 
     def displacement_under(self, force: float) -> float:
-        """Return the radial displacement (m) under a radial force (N) towards a ball, which loads that ball most.
+        """Return the radial displacement (m) under a radial force (N) that is directed towards a ball.
 
         Raises
         ------
         ValueError
-            If the force is negative, or so large that a ball has left its groove.
+            If the force is negative, or so large that a ball leaves its groove.
         """
         require(force >= 0.0, "force", f"{force:g} N", ">= 0 N")
         if force == 0.0:
@@ -183,14 +186,14 @@ class BallBearing:
         return float(brentq(excess, 0.0, largest_displacement, xtol=1e-15))
 
     def displacement(self, radial: float, axial: float = 0.0) -> Array:
-        """Return the displacement (m), shape (3,), under a radial force towards a ball and an axial force (N).
+        """Return the displacement (m), shape (3,), under an axial force and a radial force towards a ball (N).
 
         The energy of the balls is a convex function of the displacement, so there is exactly one equilibrium.
 
         Raises
         ------
         ValueError
-            If the radial force is negative, or a force is so large that a ball has left its groove.
+            If the radial force is negative, or if a force is so large that a ball leaves its groove.
         """
         if axial == 0.0:
             return np.array([self.displacement_under(radial), 0.0, 0.0])
@@ -198,7 +201,7 @@ class BallBearing:
         most = 0.5 * self.ball_diameter
 
         def axial_at(x: float) -> float:
-            """Return the axial displacement (m) at which the axial forces balance, for a radial displacement (m)."""
+            """Return the axial displacement (m) at which axial forces balance, given a radial displacement (m)."""
 
             def excess(z: float) -> float:
                 return -float(self.force(np.array([x, 0.0, z]))[2]) - abs(axial)
@@ -219,16 +222,16 @@ class BallBearing:
         return np.array([x, 0.0, math.copysign(axial_at(x), axial)])
 
     def largest_load(self, force: float, axial: float = 0.0) -> float:
-        """Return the load (N) of the most loaded ball under a radial force (N) towards it, and an axial force (N)."""
+        """Return the load (N) of the most heavily loaded ball; the forces are as in `displacement`."""
         return float(np.max(self.ball_loads(self.displacement(force, axial))))
 
     def largest_contact_angle(self, force: float, axial: float = 0.0) -> float:
-        """Return the largest contact angle (rad) of a loaded ball under forces as in `displacement`."""
+        """Return the largest contact angle (rad) of all loaded balls; the forces are as in `displacement`."""
         Q, radial, along, _ = self._loads(self.displacement(force, axial), 0.0)
         return float(np.max(np.arctan2(np.abs(along), radial)[Q > 0.0], initial=0.0))
 
     def life(self, force: float, axial: float = 0.0) -> float:
-        """Return the life (revolutions of the inner ring) under forces as in `displacement`; infinite without load."""
+        """Return the life (revolutions of the inner ring, infinite without load); forces are as in `displacement`."""
         Q = self.ball_loads(self.displacement(force, axial))
         powers = (3.0, 10.0 / 3.0)  # of the means on the race that rotates, and on the other
         failures = 0.0
@@ -239,7 +242,7 @@ class BallBearing:
 
     @cached_property
     def _dynamic_loads(self) -> tuple[float, float]:
-        """Loads Q_c (N) of a ball on the inner and the outer race that give a life of a million revolutions."""
+        """Ball loads Q_c (N) at which the inner and the outer race have a life of a million revolutions."""
         D, size = 1e3 * self.ball_diameter, self.ball_diameter / self.pitch_diameter
         gamma = size * math.cos(self.contact_angle)
         inner, outer = (
@@ -257,6 +260,6 @@ class BallBearing:
 
     @property
     def static_rating(self) -> float:
-        """Static rating C_0 = rows Z Q cos(alpha)/5 (N), where Q is the load of a ball at 4200 MPa (ISO 76)."""
+        """Static rating C_0 = rows Z Q cos(alpha)/5 (N), where Q is the ball load that causes 4200 MPa (ISO 76)."""
         Q = min(contact.force_at(PRESSURE_LIMIT) for contact in self.contacts)
         return self.rows * self.balls * Q * math.cos(self.contact_angle) / STRIBECK

@@ -3,12 +3,13 @@
     Q = K delta^1.5                       approach delta of a ball and a race under the force Q
     p = 3 Q/(2 pi a b)                    largest pressure, in the middle of the ellipse of semi-axes a, b
 
-The ratio kappa = a/b follows from the curvatures by
+The ratio kappa = a/b follows from the curvatures:
 
     F(rho) = [(kappa^2 + 1) E - 2 K]/[(kappa^2 - 1) E],      m = 1 - 1/kappa^2
 
-with the complete elliptic integrals K(m), E(m) and the difference of curvatures F(rho). This is exact; the fits in the
-literature (Brewe and Hamrock) have errors of a few per cent. Source: T. A. Harris, Rolling Bearing Analysis.
+Here K(m) and E(m) are the complete elliptic integrals, and F(rho) is the difference of curvatures. This relation is
+exact, whereas fits in the literature (Brewe and Hamrock) have errors of a few per cent. Source: T. A. Harris, Rolling
+Bearing Analysis.
 """
 
 from __future__ import annotations
@@ -39,12 +40,12 @@ SILICON_NITRIDE = Material(310e9, 0.27)
 
 @dataclass(frozen=True)
 class PointContact:
-    """Contact of two bodies at a point: the quantities that do not depend on the force.
+    """Point contact of two bodies: the quantities that do not depend on the force.
 
     stiffness
-        K of Q = K delta^1.5 (N/m^1.5).
+        Stiffness K in Q = K delta^1.5 (N/m^1.5).
     area
-        Product a b of the semi-axes under 1 N (m^2); it grows with Q^(2/3).
+        Product a b of the semi-axes under a force of 1 N (m^2); the product under Q is larger by the factor Q^(2/3).
     """
 
     stiffness: float
@@ -60,7 +61,7 @@ class PointContact:
 
 
 def curvature_difference(kappa: float) -> float:
-    """Return F(rho) of an ellipse whose semi-axes have the ratio kappa > 1."""
+    """Return F(rho) for an ellipse whose semi-axes have the ratio kappa > 1."""
     m = 1.0 - 1.0 / (kappa * kappa)
     E = float(ellipe(m))
     return ((kappa * kappa + 1.0) * E - 2.0 * float(ellipk(m))) / ((kappa * kappa - 1.0) * E)
@@ -69,18 +70,18 @@ def curvature_difference(kappa: float) -> float:
 def groove_contact(
     ball_diameter: float, conformity: float, gamma: float, ball: Material, race: Material
 ) -> PointContact:
-    """Return the contact of a ball and the groove of a race.
+    """Return the contact between a ball and the groove of a race.
 
-    Sum of curvatures (4 - 1/f + 2 gamma/(1 - gamma))/D, and F(rho) = (1/f + 2 gamma/(1 - gamma))/(D sum).
+    The sum of curvatures is (4 - 1/f + 2 gamma/(1 - gamma))/D, and F(rho) = (1/f + 2 gamma/(1 - gamma))/(D sum).
 
     Parameters
     ----------
     ball_diameter
-        D (m).
+        Diameter D of the ball (m).
     conformity
-        f = radius of the groove over D, above 0.5.
+        Ratio f of the groove's radius to D, above 0.5.
     gamma
-        D cos(alpha)/d_m of the inner race, -D cos(alpha)/d_m of the outer one; d_m is the pitch diameter.
+        D cos(alpha)/d_m for the inner race, -D cos(alpha)/d_m for the outer race; d_m is the pitch diameter.
     ball, race
         Materials.
     """
@@ -98,5 +99,5 @@ def groove_contact(
 
 
 def in_series(first: PointContact, second: PointContact) -> float:
-    """Return K (N/m^1.5) of two contacts under the same force: their values of K^(-2/3) add up."""
+    """Return K (N/m^1.5) of two contacts in series; their values of K^(-2/3) are added."""
     return float((first.stiffness ** (-2.0 / 3.0) + second.stiffness ** (-2.0 / 3.0)) ** -1.5)

@@ -1,1 +1,1 @@
-"""Shared code of running FMUs: variable tables, records, kernels and the FMI slave; `building` builds FMUs."""
+"""Code that running FMUs share: variable tables, records, kernels and the FMI slave; `building` builds FMUs."""

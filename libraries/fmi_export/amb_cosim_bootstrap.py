@@ -1,8 +1,8 @@
-"""Selects the copy of the model code that an FMU runs; shipped at the top of the FMU's resources.
+"""Selects the copy of the model code that an FMU runs; this file is at the top of the FMU's resources.
 
 All pythonfmu FMUs of a process share one `sys.modules`. An installed package is preferred if the FMU was built from
-exactly that code, because its compiled kernels are cached on disk. Otherwise the FMU's copy is used. If the process
-already runs another version, the FMU is refused, because it would silently run that version.
+exactly that code, because its compiled kernels are cached on disk. Otherwise, the copy in the FMU is used. If the
+process already runs another version of the code, the FMU is refused, because it would silently run that version.
 """
 
 import hashlib
@@ -28,7 +28,7 @@ def digest(package: Path) -> str:
 
 
 def find(name: str) -> Path | None:
-    """Return the folder of a loaded or installed package, or None."""
+    """Return the folder of a loaded or installed package, or None if there is no such package."""
     spec = sys.modules[name].__spec__ if name in sys.modules else importlib.util.find_spec(name)
     return Path(spec.origin).parent if spec is not None and spec.origin else None
 
@@ -45,8 +45,8 @@ _running: dict[str, str] = {}
 def choose_code(script: dict[str, Any]) -> None:
     """Make the packages of an FMU importable; its script calls this first, with its `globals()`.
 
-    Packages that are already loaded stay; `refuse_other_code` checks later whether the FMU was built from them, because
-    pythonfmu drops the text of an error that a script raises.
+    Packages that are already loaded remain loaded. Whether the FMU was built from them is checked later, by
+    `refuse_other_code`, because pythonfmu drops the text of an error that is raised here.
     """
     _script_globals.append(script)
     # pythonfmu puts the resources first; `__file__` would name the folder of the first FMU of this kind.
@@ -66,7 +66,7 @@ def choose_code(script: dict[str, Any]) -> None:
 
 
 def refuse_other_code(built: dict[str, Any]) -> None:
-    """Check that the process runs the code that the FMU with these build facts was built from.
+    """Check that the process runs the code from which the FMU with these build facts was built.
 
     Raises
     ------
@@ -82,6 +82,6 @@ def refuse_other_code(built: dict[str, Any]) -> None:
 
 
 def build_facts(resources: Path) -> dict[str, Any]:
-    """Return the facts of the build from an FMU's resources: guid, version, digest of each package."""
+    """Return the build facts from an FMU's resources, such as the guid, the version and the digest of each package."""
     facts: dict[str, Any] = json.loads((resources / "build.json").read_text(encoding="utf-8"))
     return facts

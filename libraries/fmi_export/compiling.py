@@ -1,4 +1,4 @@
-"""Locks for compiling: a single process compiles, and others that need the same code wait for its result on disk."""
+"""Locks for compiling: one process compiles, and others that need the same code wait for its result on disk."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ log = logging.getLogger(__name__)
 
 @contextmanager
 def compiling(place: Path, what: str) -> Iterator[None]:
-    """Let one process at a time make the file at a place; if it dies, the operating system releases its lock.
+    """Let one process at a time make a file or folder; if the process dies, the operating system releases its lock.
 
-    A process that has waited uses the result if it exists, and otherwise makes it. Without support for locks, no
+    A process that has waited uses the result if it exists, and otherwise makes it. If locks are not supported, no
     process waits.
 
     Parameters
     ----------
     place
-        File or folder to make; its lock file lies beside it during the work.
+        File or folder to make; a lock file exists beside it during the work.
     what
-        Description for the message of waiting processes.
+        Description of the result for the message of waiting processes.
     """
     lock = Path(f"{place}.lock")
     with ExitStack() as stack:

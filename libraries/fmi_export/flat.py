@@ -1,4 +1,4 @@
-"""Copies and comparisons of numbers and flat arrays of kernels."""
+"""Copies and comparisons of numbers and flat arrays in kernels."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ BITS = np.dtype(np.int64)
 
 @kernel
 def is_near(value: float, reference: float, tolerance: float) -> bool:
-    """Return whether a value is within a relative `tolerance` of a reference; NaN never is."""
+    """Return whether a value differs from a reference by at most the relative `tolerance`; false for NaN."""
     return abs(value - reference) <= tolerance * abs(reference)
 
 
 @kernel
 def copy(source: Array, target: Array) -> None:
-    """Write `source` into the beginning of `target`; the two must not overlap.
+    """Copy `source` to the beginning of `target`; the two arrays must not overlap.
 
-    An assignment to a slice would do the same, but numba allocates memory for it, in case the arrays overlap.
+    An assignment to a slice would do the same, but numba would allocate memory for it in case the arrays overlap.
     """
     for i in range(source.shape[0]):
         target[i] = source[i]
@@ -31,7 +31,7 @@ def copy(source: Array, target: Array) -> None:
 def same_bits(a: Array, b: Array) -> bool:
     """Return whether two flat arrays of the same size are equal in every bit.
 
-    It makes four independent comparisons at a time.
+    The loop makes four independent comparisons at a time.
     """
     size = a.shape[0]
     p = q = r = s = np.int64(0)

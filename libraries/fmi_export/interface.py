@@ -22,9 +22,9 @@ class Interface:
     Raises
     ------
     ValueError
-        If a name occurs twice, if the variables are not in the order parameters, inputs, outputs, if a dependency is
-        not an input, if an output initially depends on anything other than parameters and inputs, or if a warning names
-        an unknown variable.
+        If a name occurs twice; if the order is not parameters, inputs, outputs; if a dependency is not an input; if an
+        output initially depends on anything other than parameters and inputs; if a warning names an unknown variable;
+        or if two enumerations have the same name.
     """
 
     variables: tuple[Variable, ...]
@@ -52,7 +52,7 @@ class Interface:
 
     @cached_property
     def position(self) -> dict[str, int]:
-        """Value reference of every variable by name."""
+        """Value reference of each variable, by name."""
         return {v.name: i for i, v in enumerate(self.variables)}
 
     def __getitem__(self, name: str) -> Variable:
@@ -63,7 +63,7 @@ class Interface:
 
     @cached_property
     def initial_dependencies(self) -> dict[str, tuple[str, ...]]:
-        """Names of the parameters and inputs that each output depends on at initialisation, if declared."""
+        """Names of the parameters and inputs on which each output depends at initialisation, if these are declared."""
         positions: dict[str, list[int]] = {}
         for i, v in enumerate(self.variables):
             for name in _dependency_names(v) if v.causality != "output" else ():
@@ -86,18 +86,18 @@ class Interface:
         return result
 
     def _lacks(self, name: str) -> bool:
-        """Return whether `name` refers to parts, such as `sites[*].clearance`, that this interface does not have."""
+        """Return whether `name`, such as `sites[*].clearance`, refers to parts that this interface does not have."""
         array, is_repeated, _ = name.partition("[*]")
         return bool(is_repeated) and not any(v.field.startswith(f"{array}[") for v in self.variables)
 
     def with_all_parts(self) -> Interface:
-        """Return this interface, after a check that it contains at least one of each possible kind of part.
+        """Check that this interface contains at least one part of each possible kind, and return it.
 
         Raises
         ------
         ValueError
-            If an output initially depends on parts that it lacks, because then no other interface of the model has them
-            either.
+            If an output initially depends on parts that the interface lacks. As this interface has all kinds of parts,
+            no other interface of the model would have them either.
         """
         for v in self.of("output"):
             missing = [name for name in _declared_dependencies(v) or () if self._lacks(name)]
@@ -112,7 +112,7 @@ class Interface:
 
     @cached_property
     def warnings(self) -> dict[int, str]:
-        """Texts of the outputs that are warnings, by value reference."""
+        """Texts of those outputs that are warnings, by value reference."""
         return {i: v.warning for i, v in enumerate(self.variables) if v.warning}
 
     @cached_property
@@ -141,12 +141,12 @@ class Interface:
         return parameters, inputs, outputs
 
     def common_record(self, causality: Causality) -> np.dtype[np.record]:
-        """Return the record type of the variables that are not repeated; they come first in their array."""
+        """Return the record type of the variables that are not repeated, which come first in their array."""
         common = [v.field or v.name for v in self.of(causality) if not _is_repeated(v)]
         return record_of(place for place in common if place != FAULT_CODE)
 
     def element_record(self, causality: Causality, field: str) -> np.dtype[np.record]:
-        """Return the record type of an element of the equal parts that `repeated` declared as `field`."""
+        """Return the record type of each of the equal parts that `repeated` declared as `field`."""
         prefix = f"{field}[0]."
         return record_of(v.field.removeprefix(prefix) for v in self.of(causality) if v.field.startswith(prefix))
 
@@ -163,15 +163,16 @@ class Interface:
         return np.array([v.maximum for v in self.variables], dtype=np.float64)
 
     def canonical(self) -> bytes:
-        """Return bytes that change whenever the interface changes, for the guid."""
+        """Return bytes, for the guid, that change whenever the interface changes."""
         return json.dumps([asdict(v) for v in self.variables], sort_keys=True).encode()
 
 
 def interface(*groups: Variable | Iterable[Variable]) -> Interface:
-    """Return the interface of variables and groups of them.
+    """Return the interface with these variables and groups of variables.
 
-    They are sorted into parameters, inputs and outputs. In each kind, single variables come before repeated ones, so
-    that their positions do not depend on the number of the latter; `fault_code` is the last output.
+    The variables are sorted into parameters, inputs and outputs. Within each kind, single variables precede repeated
+    ones, so that the positions of single variables do not depend on the number of repeated ones. The last output is
+    `fault_code`.
     """
     flat: list[Variable] = []
     for group in groups:
@@ -188,7 +189,7 @@ def _is_repeated(v: Variable) -> bool:
 
 
 def _dependency_names(v: Variable) -> list[str]:
-    """Return the names that `initially_depends_on` may use for a variable."""
+    """Return the names by which `initially_depends_on` may refer to a variable."""
     return [v.name, re.sub(r"\[[\d,]+\]", "[*]", v.field)] if _is_repeated(v) else [v.name]
 
 
@@ -203,21 +204,21 @@ def repeated(
     shape: tuple[int, ...] | None = None,
     array: Array | None = None,
 ) -> list[Variable]:
-    """Declare the variables of several equal parts, an array of records for the kernels: `field[k]` for member k.
+    """Declare the variables of several equal parts; kernels see an array of records, with `field[k]` for member k.
 
     Parameters
     ----------
     field
-        Name of the array in the records.
+        Name of the array in the records that kernels use.
     members
-        Arguments of `declare` for each part.
+        For each part, the arguments of `declare`.
     declare
-        Function that returns the variables of a part. Within the part the name of a variable is its `field` or, by
-        default, its name after the last dot; a `field` of `"."` means that the part is one variable.
+        Function that returns the variables of a part. Within the record of a part, a variable is called by its `field`
+        or, by default, by its name after the last dot. If its `field` is `"."`, the variable is the whole part.
     shape
-        Shape of the array; (len(members),) by default.
+        Shape of the array; the default is (len(members),).
     array
-        Array of the parts in FMI 3.0; default: single variables.
+        Array that the parts form in FMI 3.0; by default, they are single variables.
     """
     variables = []
     size = shape or (len(members),)

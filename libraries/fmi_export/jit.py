@@ -1,4 +1,4 @@
-"""Decorators of model kernels: compiled if numba is installed, otherwise plain Python."""
+"""Decorators for model kernels, which are compiled if numba is installed, and plain Python otherwise."""
 
 from __future__ import annotations
 
@@ -26,17 +26,18 @@ except ImportError:  # the kernels are also ordinary Python, but slower
 
 
 def kernel(function: F) -> F:
-    """Compile `function` in numba's nopython mode, with IEEE division and an on-disk cache where it can be written.
+    """Compile `function` in numba's nopython mode, with IEEE division and, if the disk is writable, an on-disk cache.
 
-    A kernel takes flat float64 arrays and scalars, allocates nothing and raises nothing: the same source is
-    later compiled into FMUs without Python. It is compiled without numba's run-time system (`_nrt`): allocating is then
-    a compilation error, and no time is spent on counting references to arrays, which otherwise takes most of it.
+    A kernel takes flat float64 arrays and scalars, allocates nothing and raises nothing, because the same source is
+    later compiled into FMUs without Python. It is compiled without numba's run-time system (`_nrt`). Allocating is
+    therefore a compilation error, and no time is spent on counting references to arrays, which would otherwise take
+    most of the time.
     """
     return _compiled(function)
 
 
 def inlined_kernel(function: F) -> F:
-    """Compile `function` as `kernel` does, into each place that calls it.
+    """Compile `function` as `kernel` does, and inline it into each caller.
 
     A call copies the descriptors of its array arguments, seven or nine numbers each, which takes longer than a short
     kernel.
@@ -45,9 +46,10 @@ def inlined_kernel(function: F) -> F:
 
 
 def noinline_kernel(function: F) -> F:
-    """Compile `function` as `kernel` does, and keep it out of the code of its callers in native FMUs.
+    """Compile `function` as `kernel` does, but do not inline it into its callers in native FMUs.
 
-    This is for code that few steps run: inlined, it would cost the other code registers and locality.
+    Use this for code that runs in few steps. If such code were inlined, the other code would have fewer registers and
+    worse locality.
     """
     KERNELS_APART.add((*function.__module__.split("."), *function.__qualname__.split(".")))
     return _compiled(function)
@@ -69,22 +71,23 @@ def _compiled(function: F, **options: bool) -> F:
 
 
 def views(function: F) -> F:
-    """Let kernels call `function`, which returns views into its arguments; calls from Python run it as Python.
+    """Let kernels call `function`, which returns views into its arguments; calls from Python run it as plain Python.
 
-    The decorator also suits formulas that Python code needs. Its machine code becomes part of its callers'; numba's
-    inlining would infer its types at every call, which takes two fifths of the time to compile the plant. A kernel
-    cannot return a view to Python, because it does not own the memory.
+    The decorator also suits formulas that Python code needs. The function is inlined into the machine code of its
+    callers. Numba's own inlining is not used, because it would infer the types at every call, which takes two fifths of
+    the time to compile the plant. In contrast, a kernel cannot return a view to Python, because it does not own the
+    memory.
     """
     return numba.extending.register_jitable(forceinline=True, **KERNEL_OPTIONS)(function) if COMPILED else function
 
 
 @contextmanager
 def _cache_of(package: str) -> Iterator[None]:
-    """Let numba cache in a folder named after all the code that a kernel may call.
+    """Make numba cache its code in a folder whose name depends on all the code that a kernel may call.
 
-    numba detects changes in the file of a function, but not in other files that it calls, and would continue to run old
-    machine code after an upgrade. A package whose kernels call packages other than `fmi_export` lists them in
-    `PACKAGES`.
+    numba detects changes in the file of a function, but not in other files whose functions it calls. Without such a
+    folder, it would continue to run old machine code after an upgrade. A package whose kernels call packages other than
+    `fmi_export` lists them in `PACKAGES`.
     """
     config: Any = numba.config
     before = config.CACHE_DIR
@@ -99,7 +102,7 @@ def _cache_of(package: str) -> Iterator[None]:
 
 @cache
 def _cache_folder(package: str, base: str) -> str:
-    """Return a folder in `base` or in the package's own `__pycache__`; an empty text if it cannot be made."""
+    """Return a folder in `base`, or in the package's `__pycache__` by default; an empty text if it cannot be made."""
     here = Path(__file__).parent
     loaded = sys.modules.get(package)
     home = Path(loaded.__file__).parent if loaded is not None and loaded.__file__ else here

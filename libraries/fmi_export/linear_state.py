@@ -9,15 +9,15 @@ class LinearState(NamedTuple):
     """Positions in the state of a model.
 
     rows
-        Begin and end (exclusive) of each row of numbers that follow x(n+1) = A x(n) + B u(n) + f(theta), with constant
-        A and B and a first harmonic f of the angle, as long as no limit is active.
+        Begin and end (exclusive) of each range of numbers that obey x(n+1) = A x(n) + B u(n) + f(theta) as long as no
+        limit is active. A and B are constant, and f is a first harmonic of the angle.
     angle
-        Position of the angle theta (rad), which grows by the same amount in every step; None if there is none.
+        Position of the angle theta (rad), which grows by the same amount in every step; None if the state has no angle.
     energy
-        Positions of the reference energy of the output `energy.balance`, and of the largest energy so far (J); None if
-        the model has no such output.
+        Positions of two energies (J): the reference of the output `energy.balance`, and the largest energy so far. None
+        if the model does not have this output.
     unless
-        Variables (`*` and `?` are wildcards) that differ from 0 if the motion is not linear.
+        Variables (`*` and `?` are wildcards); if any of them differs from 0, the motion is not linear.
     """
 
     rows: tuple[tuple[int, int], ...]

@@ -1,6 +1,6 @@
-"""A model: an interface and two kernels on flat arrays. An instance: its arrays, checked and stepped.
+"""Models and instances: a model is an interface and two kernels on flat arrays; an instance has the arrays.
 
-Unit tests use it directly, and the FMI slave wraps it.
+An instance checks its arrays and takes steps. Unit tests use instances directly, whereas hosts use the FMI slave.
 """
 
 from __future__ import annotations
@@ -40,37 +40,39 @@ class Model:
     Parameters
     ----------
     name, description
-        Model identifier of the FMU, and its short description.
+        Model identifier of the FMU, and a short description of the model.
     interface
         The variable table. Its last output is `fault_code`.
     initialise
-        Kernel `(constants, parameters, inputs, state, work, outputs) -> fault`: the state at the start.
+        Kernel `(constants, parameters, inputs, state, work, outputs) -> fault`, which computes the state at the start.
     step
-        Kernel `(constants, parameters, inputs, state, work, outputs, time, step_size) -> fault`.
+        Kernel `(constants, parameters, inputs, state, work, outputs, time, step_size) -> fault`, which takes a step.
     n_state, n_work
-        Sizes of the state and of the scratch array, both float64; functions where they depend on the constants.
+        Sizes of the state and of the scratch array, both float64. A size that depends on the constants is given as a
+        function of these.
     faults
-        Text for each fault code of the kernels; `{name}` in it is replaced by that variable's value, and `{step_size}`
-        by the communication step (s). Outputs in it show the values of the call that returned the fault.
+        Text for each fault code of the kernels. In a text, `{name}` is replaced by the value of that variable, and
+        `{step_size}` by the communication step (s). The values of outputs are those from the call that returned the
+        fault.
     packages
-        Names of the packages that the kernels need; they are included in the FMU. The first one contains the script
-        that PythonFMU loads, `<name>_fmu.py`.
+        Names of the packages that the kernels need, which are included in the FMU. The first package contains the
+        script that PythonFMU loads, `<name>_fmu.py`.
     step_size, variable_step
         Usual communication step (s), and whether it may change from step to step.
     layout
-        Data from which the model's package makes its interface, as JSON types; empty if that is always the same. The
-        kernels do not depend on it: sizes that vary are among the constants.
+        Data, as JSON types, from which the model's package makes the interface; empty if the interface is always the
+        same. The kernels do not depend on the layout, because sizes that vary are among the constants.
     linear_state
-        Function that returns the linear part of the state of a model with these constants; None if it is unknown.
+        Function that returns the linear part of the state, given the constants; None if that part is unknown.
     author
         Author of the model; may be empty.
     parts, wiring
         For an assembly: its components, whose kernels are called instead of its own, and their wiring.
 
-    Matrices and tables, computed by any library, are passed to the kernels as `constants`, a flat array that is
-    computed when the FMU is built, and stored in the FMU. A kernel writes every output on every call that returns 0; a
+    Matrices and tables, which any library may compute, are passed to the kernels as `constants`. This flat array is
+    computed when the FMU is built, and stored in the FMU. A kernel writes every output in every call that returns 0; a
     step in which no output changes may return `UNCHANGED` instead. A saved state consists of parameters, inputs,
-    outputs and state. `work` is a cache; a kernel revalidates it.
+    outputs and state. It does not include `work`, which is only a cache that a kernel must validate.
     """
 
     name: str
@@ -98,14 +100,14 @@ class Model:
 
     @property
     def compiled(self) -> tuple[Model, ...]:
-        """The models whose kernels this model's FMU calls: the models of its parts by name, each once, or itself."""
+        """The models whose kernels the FMU calls: the different models of its parts, sorted by name, or this model."""
         models = {part.model.name: part.model for part in self.parts}
         return tuple(models[name] for name in sorted(models)) or (self,)
 
 
 @dataclass(frozen=True, eq=False)
 class AssembledModel:
-    """A model in an assembly: its name, its constants, and the number of communication steps in one of its steps."""
+    """A model in an assembly: its name, its constants, and the number of communication steps per step of the model."""
 
     name: str
     model: Model
@@ -120,17 +122,17 @@ class Wiring:
     Parameters
     ----------
     sources
-        Position of the source of each input of each part in turn: among the inputs of the assembly, then its outputs,
-        which are those of the parts in turn without their fault codes.
+        Position of the source for each input of the parts, part by part. Positions count the inputs of the assembly,
+        then its outputs, which are the outputs of the parts in order, without fault codes.
     ramps
-        Positions of an input of the assembly, and of its slope over a step.
+        Pairs of positions: an input of the assembly, and the input with its slope over a step.
     gathered
-        Outputs that cover a whole step, and the position in `GATHERED` of the rule by which the values of the parts of
-        that step are combined.
+        Outputs that describe a whole step, each with an index in `GATHERED`. This selects the rule that combines the
+        values if the step is divided.
     sample_time
-        Parameter of the assembly with the time between the instants that divide steps (s), or that time.
+        Time between the instants that divide steps (s), or the name of the parameter that contains it.
     jacobi
-        Whether all parts use the outputs at the beginning of a step, instead of the latest ones.
+        Whether all parts use the outputs from the beginning of a step instead of the latest outputs.
     """
 
     sources: tuple[int, ...]
@@ -141,12 +143,12 @@ class Wiring:
 
 
 def with_starts(model: Model, starts: Mapping[str, float], step_size: float | None = None) -> Model:
-    """Return a model with other start values of parameters and inputs, and another usual communication step (s).
+    """Return a model with different start values of parameters and inputs, and another usual communication step (s).
 
     Raises
     ------
     ValueError
-        If no such parameter or input exists, or the value is out of its range.
+        If a name is not that of a parameter or input, or if a value is out of range.
     """
     unknown = set(starts) - {v.name for v in model.interface.variables if v.causality != "output"}
     if unknown:
@@ -157,7 +159,7 @@ def with_starts(model: Model, starts: Mapping[str, float], step_size: float | No
 
 @kernel
 def first_outside(values: Array, minimum: Array, maximum: Array, stop: int) -> int:
-    """Return the index of the first of `values[:stop]` that is outside [minimum, maximum] or not a number, or -1."""
+    """Return the index of the first of `values[:stop]` that is NaN or outside [minimum, maximum], or -1 if none is."""
     for i in range(stop):
         if not (minimum[i] <= values[i] <= maximum[i]):
             return i
@@ -165,7 +167,7 @@ def first_outside(values: Array, minimum: Array, maximum: Array, stop: int) -> i
 
 
 class Fault(ValueError):
-    """A model stopped; `code` is its `fault_code`."""
+    """Raised when a model stops; `code` is its `fault_code`."""
 
     def __init__(self, code: int, message: str) -> None:
         super().__init__(message)
@@ -175,7 +177,7 @@ class Fault(ValueError):
 class Instance:
     """A running model: parameters, inputs, outputs, state and scratch as flat arrays.
 
-    A fault leaves the outputs at their last valid values and remains until the instance is initialised again;
+    After a fault, the outputs keep their last valid values. The fault remains until the instance is initialised again;
     `message` is its text.
     """
 
@@ -210,7 +212,7 @@ class Instance:
         self.values[self.model.interface.position[name]] = value
 
     def initialise(self) -> None:
-        """Compute the initial state and outputs from parameters and inputs; raises `Fault`."""
+        """Compute the initial state and outputs from parameters and inputs; raise `Fault` if this fails."""
         self.fault = 0
         self._check_inputs()
         self.state[:] = 0.0
@@ -218,7 +220,7 @@ class Instance:
         self._finish(self.model.initialise(*self._arrays))
 
     def step(self, time: float, step_size: float) -> None:
-        """Advance the state from `time` by `step_size` (s) under constant inputs; raises `Fault`."""
+        """Advance the state from `time` by `step_size` (s) under constant inputs; raise `Fault` if this fails."""
         if self.fault:
             raise Fault(self.fault, f"stopped by an earlier fault: {self.message}")
         if not (0.0 < step_size < np.inf):
@@ -229,14 +231,14 @@ class Instance:
         self._finish(self.model.step(*self._arrays, float(time), self._step_size))
 
     def stop(self, code: int, message: str = "") -> Fault:
-        """Store a fault until the next initialisation, and return the exception to raise for it."""
+        """Store a fault until the next initialisation, and return the exception to be raised."""
         self.fault = code
         self.message = message or self.explain(code)
         self.outputs[-1] = code
         return Fault(code, self.message)
 
     def explain(self, code: int) -> str:
-        """Return the text of a fault code, with the invalid value if any."""
+        """Return the text of a fault code, including the invalid value if there is one."""
         variables = self.model.interface.variables
         if code >= FAULT_NOT_FINITE:
             i = code - FAULT_NOT_FINITE
@@ -250,7 +252,7 @@ class Instance:
         return filled(self.model.faults.get(code, f"fault {code}"), self._named)
 
     def _named(self, name: str) -> float:
-        """Return the value of a name in the text of a fault; for outputs, the kernel's value."""
+        """Return the value of a variable named in the text of a fault; for an output, the value from the kernel."""
         if name == STEP_SIZE:
             return self._step_size
         i = self.model.interface.position[name] - self._inputs_range[3]

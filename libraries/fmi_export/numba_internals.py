@@ -1,34 +1,36 @@
-"""The six undocumented features of numba that are used here, each with its purpose.
+"""The six undocumented features of numba that this project uses, each with its purpose.
 
-`pyproject.toml` allows no version of numba later than the tested one. If a later numba changes one of these, change
-this file.
+`pyproject.toml` does not allow versions of numba later than the tested one. If a later version changes one of these
+features, change this file.
 
 **Functions without numba's run-time system, and without an entry for C** (`KERNEL_OPTIONS`, the options `_nrt` and
 `no_cfunc_wrapper` of `njit`). Allocating becomes a compilation error, and no time is spent on counting references to
-arrays. Without the first, kernels are correct but several times slower, and `building.native` refuses them, because
-they call that system. Without the second, compiling takes an eighth longer.
+arrays. Without the first option, kernels are correct but several times slower, and `building.native` refuses them,
+because they call the run-time system. Without the second option, compiling takes an eighth longer.
 
 **The cache on disk** (`keep_cache_sound`, `compile_once`; `compile` and `_cache` of a dispatcher, its `_cache_file`). A
 truncated file in numba's cache, such as one left by a full disk, causes a traceback at every start. Processes that
-start together all compile the same code, which takes each of them a minute. Without it kernels are still correct.
+start together all compile the same code, which takes each of them a minute. These functions prevent both. Without them,
+kernels are still correct.
 
-**Code for arrays at places known only in a kernel** (`lower_array_functions`, of `numba.core` and
-`numba.np.arrayobj`). Slices, `view` and `reshape` do the same with divisions and branches. Without it a step takes
-longer; the results have the same bits.
+**Code for arrays at positions known only in a kernel** (`lower_array_functions`, of `numba.core` and
+`numba.np.arrayobj`). Slices, `view` and `reshape` do the same, but with divisions and branches. Without this feature, a
+step takes longer, but the results have the same bits.
 
 **No machine code** (`compile_nothing`, methods of `numba.core.codegen`, and the names that numba gives to its functions
-in the assembly, see `building.native.lowering`). By default numba links, optimises and compiles each function with
-everything that it calls: a function at the bottom of a deep call tree is compiled once for every level above it. Here
-it does not, and functions have no entries for Python or C either. Without it lowering takes twice as long; the results
-have the same bits.
+in the assembly; see `building.native.lowering`). By default, numba links, optimises and compiles each function together
+with everything that it calls, so a function at the bottom of a deep call tree is compiled once for every level above
+it. `compile_nothing` prevents this, and omits the entries of functions for Python and C. Without it, lowering takes
+twice as long, but the results have the same bits.
 
-**Types of calls** (`type_calls_once`, `get_call_type` of `numba.core.types.functions`). numba infers the type of an
-operator at every call. Without it lowering takes a third longer; the machine code is the same.
+**Types of calls** (`type_calls_once`, `get_call_type` of `numba.core.types.functions`). By default, numba infers the
+type of an operator at every call. Without `type_calls_once`, lowering takes a third longer, but the machine code is the
+same.
 
 **Preserved stores** (`keep_stores`, `find_potential_aliases` of `numba.core.ir_utils`). After inlining, numba removes
-writes to arrays that it considers local, including every array from a tuple made by an inlined function:
-`state_of(work).z[i] = 1.0` had no effect (numba issue 10041). Without it kernels can be wrong, which `tests/fmi_export`
-detects; when numba fixes that, remove this.
+writes to arrays that it considers local. These include every array in a tuple that an inlined function made; for
+example, `state_of(work).z[i] = 1.0` had no effect (numba issue 10041). Without `keep_stores`, kernels can be wrong,
+which `tests/fmi_export` detects. Remove it when numba has fixed the issue.
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ KERNEL_OPTIONS = {"_nrt": False, "no_cfunc_wrapper": True}  # options of `njit`
 
 
 def keep_cache_sound(dispatcher: Any) -> Any:
-    """Let numba recompile damaged code in the cache of a function, and continue if the disk is full.
+    """Make numba recompile a function if its code in the cache is damaged, and continue if the disk is full.
 
     Returns the function.
     """
@@ -69,9 +71,9 @@ def keep_cache_sound(dispatcher: Any) -> Any:
 
 
 def compile_once(dispatcher: Any) -> Any:
-    """Let a process compile a function with everything that it calls, while others wait for its cache on disk.
+    """Let one process compile a function and everything that it calls, while others wait for its cache on disk.
 
-    A process holds only one such lock at a time, for the function that Python calls. Returns the function.
+    A process holds only one lock at a time: that of the function that Python calls. Returns the function.
     """
     compiler_lock: Any = importlib.import_module("numba.core.compiler_lock").global_compiler_lock
     on_disk, compile_it = dispatcher._cache, dispatcher.compile
@@ -173,7 +175,7 @@ def lower_array_functions(part: Any, clear: Any, copy_all: Any) -> None:
 
 
 def keep_stores() -> None:
-    """Let numba treat every array as visible to others when it looks for stores without effect."""
+    """Make numba treat every array as visible to other code when it looks for stores without effect."""
     ir_utils: Any = importlib.import_module("numba.core.ir_utils")
     find = ir_utils.find_potential_aliases
 
@@ -189,9 +191,9 @@ _NOWHERE = ctypes.create_string_buffer(8)  # the address of machine code that do
 
 
 def compile_nothing() -> None:
-    """Let numba's libraries contain only their function; their text includes everything that it calls.
+    """Make each of numba's libraries contain only its function; the text of a library includes all that it calls.
 
-    Only a process that lowers kernels, but does not run any, can use this.
+    Use this only in a process that lowers kernels but does not run any.
     """
     codegen: Any = importlib.import_module("numba.core.codegen")
     caching: Any = importlib.import_module("numba.core.caching")
@@ -208,7 +210,7 @@ def compile_nothing() -> None:
 
 
 def type_calls_once() -> None:
-    """Let numba infer the types of calls of a function once per set of argument types, not at every call."""
+    """Make numba infer the type of a function's calls once per set of argument types instead of at every call."""
     functions: Any = importlib.import_module("numba.core.types.functions")
     infer = functions.BaseFunction.get_call_type
     results: dict[Any, Any] = {}
@@ -223,7 +225,7 @@ def type_calls_once() -> None:
 
 
 def finalize(library: Any) -> None:
-    """Make a library final without machine code."""
+    """Finalise a library without making machine code."""
     library._final_module.verify()
     library._finalized = True
 
@@ -234,9 +236,10 @@ def _address(library: Any, name: str) -> int:
 
 
 def linked(library: Any) -> Any:
-    """Return the module of a library, linked with the modules of all libraries that it needs, whether optimised or not.
+    """Return the module of a library, linked with the modules of all libraries that it needs.
 
-    A function inlined in one of them may be called in another later: everything is linked, then unused code is removed.
+    A function that is inlined in one module may be called in another. Therefore everything is linked, and unused code
+    is removed afterwards.
     """
     llvm: Any = importlib.import_module("llvmlite.binding")
     module = library._final_module.clone()
@@ -255,7 +258,7 @@ def _replace_linkage(module: Any, old: Any, new: Any) -> None:
 
 
 def _needed(library: Any) -> list[Any]:
-    """Return the libraries that a library calls, directly or not, each once."""
+    """Return the libraries that a library calls directly or indirectly, without repetition."""
     libraries, pending = [library], [library]
     while pending:
         for other in pending.pop()._linking_libraries:

@@ -10,10 +10,10 @@ from fmi_export.model import Array
 
 
 def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
-    """Return the numbers of a contiguous array from `start` on as an array of another type and shape, without a copy.
+    """Return the numbers of a contiguous array, beginning at `start`, as a view of another type and shape.
 
-    In kernels it costs nothing if the result is not used, and does not check bounds; slices, `view` and `reshape` would
-    do the same with divisions and branches, which takes longer than a short kernel.
+    In kernels, the function does not check bounds, and costs nothing if its result is not used. Slices, `view` and
+    `reshape` would do the same with divisions and branches, which take longer than a short kernel.
 
     Parameters
     ----------
@@ -22,9 +22,9 @@ def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
     start
         Index of the first number, from 0.
     dtype
-        A record type or complex128 or float64; a global constant.
+        A record type, complex128 or float64; it must be a global constant.
     shape
-        An int, or a tuple of two or three.
+        An int, or a tuple of two or three ints.
     """
     sizes = shape if isinstance(shape, tuple) else (shape,)
     size = math.prod(sizes) * dtype.itemsize // 8
@@ -37,7 +37,7 @@ def clear(array: Any) -> None:
 
 
 def copy_all(source: Any, target: Any) -> None:
-    """Copy a contiguous array into another of the same shape and type; the two must not overlap."""
+    """Copy a contiguous array to another of the same shape and type; the two arrays must not overlap."""
     target[...] = source
 
 

@@ -1,8 +1,8 @@
-"""Record types of flat float64 arrays, from the names of their numbers: `Omega`, `energy.kinetic`, `sites[2].gap`.
+"""Record types of flat float64 arrays, made from the names of numbers: `Omega`, `energy.kinetic`, `sites[2].gap`.
 
 A kernel views an array as a record, `p = parameters.view(PARAMETERS)[0]`, and reads `p.sites[2].gap` where the number
-is stored, without copies or lookups at run time. A dot denotes a record within a record, brackets an array; two
-adjacent numbers `re` and `im` are one complex number.
+is stored, without copies or lookups at run time. In a name, a dot denotes a record within a record, and brackets denote
+an array. Two adjacent numbers named `re` and `im` are one complex number.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ COMPLEX = ("re", "im")
 
 
 def record(*fields: tuple[str, object] | tuple[str, object, Index | int]) -> np.dtype[np.record]:
-    """Return a record type with these fields (name, type, shape), for state and scratch memory of kernels."""
+    """Return a record type with these fields (name, type, shape), for the state or scratch memory of kernels."""
     return cast(np.dtype[np.record], np.dtype((np.record, list(fields))))
 
 
 def size_of(dtype: np.dtype[np.record]) -> int:
-    """Return the size of a record in float64 numbers."""
+    """Return how many float64 numbers a record contains."""
     return dtype.itemsize // 8
 
 
 def record_of(places: Iterable[str]) -> np.dtype[np.record]:
-    """Return the record type of consecutive numbers with these names.
+    """Return the record type for consecutive numbers with these names.
 
     Raises
     ------
     ValueError
-        If a name is not written as above, or numbers of a record or array are not adjacent.
+        If a name does not have the form described for the module, or numbers of a record or array are not adjacent.
     """
     paths = [_parse(place) for place in places]
     dtype = _dtype(paths)
@@ -78,7 +78,7 @@ def _field(name: str, paths: list[Path]) -> tuple[str, object] | tuple[str, obje
 
 
 def _offset(dtype: Dtype, path: Path) -> int:
-    """Return the offset of a number in a record, in bytes."""
+    """Return the offset (bytes) of a number in a record."""
     offset = 0
     for name, index in path:
         if dtype == np.complex128:

@@ -1,9 +1,10 @@
-"""The kernels of any model, as PythonFMU calls them for the guard, which is the slave that hosts see.
+"""Lets PythonFMU call the kernels of any model for the guard, which is the slave that hosts see.
 
-The guard owns the arrays of the instance and checks them before and after each call; a kernel works on them in place.
+The guard owns the arrays of the instance and checks them before and after each call. Kernels work on these arrays in
+place.
 
-No exception may leave a method: PythonFMU would corrupt reference counts, and the guard would no longer call it. Errors
-are logged instead, and the guard uses that text as the reason of the failure.
+No method may raise an exception, because PythonFMU would then corrupt reference counts, and the guard would no longer
+call it. Instead, errors are logged, and the guard reports the logged text as the reason for the failure.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ from fmi_export.model import Array
 
 
 class ModelSlave(Fmi2Slave):  # type: ignore[misc]
-    """Base class of the FMUs' entry points; `model` of a subclass is a `Model`, or the module with the kernels.
+    """Base class of the FMUs' entry points; a subclass sets `model` to a `Model` or to the module with the kernels.
 
-    In an assembly the guard creates one slave per part, identified by its name.
+    In an assembly, the guard creates one slave for each part; the name of the instance is the name of the part.
     """
 
     model: Any
@@ -45,7 +46,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
             self.model, self.arrays = importlib.import_module(module), [self.arrays[0][first:stop]]
 
     def set_string(self, vrs: list[int], values: list[str]) -> None:
-        """Receive address and size of the arrays after the constants, in order, from the guard."""
+        """Receive from the guard the addresses and sizes of the arrays that follow the constants, in order."""
         numbers = [int(number) for number in values[0].split()]
         places = zip(numbers[::2], numbers[1::2], strict=True)
         self.arrays += [np.ctypeslib.as_array((c_double * size).from_address(address)) for address, size in places]

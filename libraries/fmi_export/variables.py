@@ -1,8 +1,8 @@
 """Variables: declarations of the interface of an FMU.
 
-Every variable of a model, parameters first, then inputs, then outputs, has a slot in a flat float64 array.
-Its value reference is its position in that array, so kernels, the pythonfmu slave and the modelDescription
-all read the same table. Kernels see it as records whose fields follow from the table (`records`).
+Every variable of a model has a slot in a flat float64 array: parameters come first, then inputs, then outputs. The
+value reference of a variable is its position in the array, so kernels, the pythonfmu slave and the modelDescription all
+use the same table. Kernels see the array as records, whose fields follow from the table (`records`).
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ class Array(NamedTuple):
 
 @dataclass(frozen=True)
 class Enumeration:
-    """Values of a switch or a status: the numbers from 0 on, each with a name and a description.
+    """Values of a switch or a status: the numbers 0, 1, 2 and so on, each with a name and a description.
 
-    `name` is the name of the type in a modelDescription, capitalised like a class.
+    `name` is the name of the type in a modelDescription, capitalised like the name of a class.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Enumeration:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Descriptions of the values, or their names if these are sufficient."""
+        """Descriptions of the values; a value without a description is described by its name."""
         return tuple(description or name for name, description in self.items)
 
     def in_words(self) -> str:
@@ -58,27 +58,28 @@ class Enumeration:
 
 @dataclass(frozen=True)
 class Variable:
-    """An FMI variable. `unit` is an SI unit in FMI notation (`N.s/m`), `1` if dimensionless.
+    """An FMI variable. `unit` is an SI unit in FMI notation, such as `N.s/m`, or `1` if dimensionless.
 
-    `depends_on` of an output lists the inputs that affect it without delay, and so the connections of a co-simulation
-    that may close an algebraic loop. `field` is the variable's name in the record that kernels read,
-    `sites[2].clearance`, if it differs from the name; see `records`.
+    `depends_on` of an output lists the inputs that affect it without delay; in a co-simulation, connections to these
+    may close an algebraic loop. `field` is the variable's name in the record that kernels read, such as
+    `sites[2].clearance`, if it differs from `name`; see `records`.
 
-    `array` is the array that replaces this variable and its neighbours in FMI 3.0.
+    `array` is the array in FMI 3.0 that contains this variable and its neighbours.
 
-    `initially_depends_on` of an output lists the parameters and inputs that its value depends on at initialisation, the
-    InitialUnknowns of FMI: variables, or `sites[*].clearance` for those of all `repeated` parts; with None, it may
-    depend on all of them. `initially_equals` names the parameter or input whose value the output then takes. Both
-    describe a successful initialisation.
+    `initially_depends_on` of an output lists the parameters and inputs on which its value depends at initialisation,
+    for the InitialUnknowns of FMI. An entry is the name of a variable, or a name such as `sites[*].clearance` for the
+    variables of all `repeated` parts. If it is None, the output may depend on all parameters and inputs.
+    `initially_equals` names the parameter or input whose value the output takes at initialisation. Both describe a
+    successful initialisation.
 
-    `display_unit` of a Real is its display unit, if it is not the usual one of its unit (`building.units.DISPLAYED`).
-    `enumeration` names the values of an Integer; see `enumerated`.
+    `display_unit` of a Real overrides the usual display unit for its unit (`building.units.DISPLAYED`). `enumeration`
+    names the values of an Integer; see `enumerated`.
 
-    `warning` makes a Boolean output a warning: the text that is logged when it becomes true. `{name}` in it is replaced
-    by that variable's value.
+    `warning` makes a Boolean output a warning, and is the text that is logged when the output becomes true. In the
+    text, `{name}` is replaced by the value of that variable.
 
-    `over_step` says how an output summarises a step: its value at the end, or the largest value, sum or mean over the
-    step.
+    `over_step` says how an output summarises a step: by the value at its end, or by the largest value, the sum or the
+    mean over the step.
     """
 
     name: str
@@ -121,13 +122,13 @@ class Variable:
         return "continuous" if self.type == "Real" else "discrete"
 
     def literal(self, value: float, real: str = "") -> str:
-        """`value` as text of the variable's type; `real` is the format of a Real, all its digits by default."""
+        """Return `value` as text of the variable's type; `real` is the format of a Real, by default with all digits."""
         if self.type == "Boolean":
             return "true" if value else "false"
         return str(int(value)) if self.type == "Integer" else f"{float(value):{real}}"
 
     def describe_range(self, value: float) -> str:
-        """Return the message for a value that is not allowed: name, value, unit and the allowed range."""
+        """Return the message for a value that is not allowed: name, value, unit and allowed range."""
         if self.enumeration:
             names = ", ".join(f"{k} ({name})" for k, name in enumerate(self.enumeration.names))
             return f"{self.name} = {value:g} is not allowed; it must be one of {names}"
@@ -140,17 +141,17 @@ class Variable:
 
 
 def enumerated(enumeration: Enumeration) -> dict[str, Any]:
-    """Return the options that declare a variable with these values."""
+    """Return the options that declare a variable with the values of an enumeration."""
     return {"type": "Integer", "minimum": 0, "maximum": len(enumeration.items) - 1, "enumeration": enumeration}
 
 
 def named_in(sentence: str) -> list[str]:
-    """Return the names of the variables in a text, `{name}`."""
+    """Return the names of the variables that a text contains in the form `{name}`."""
     return re.findall(r"\{([^}]+)\}", sentence)
 
 
 def filled(sentence: str, value: Callable[[str], float]) -> str:
-    """Return a text with the values of its variables filled in."""
+    """Return a text in which values replace the names of variables."""
     return re.sub(r"\{([^}]+)\}", lambda match: f"{value(match[1]):g}", sentence)
 
 
@@ -175,10 +176,10 @@ FAULT = output(
 
 
 def at_place(pattern: str, place: str) -> tuple[Callable[..., Variable], ...]:
-    """Return `parameter`, `input_` and `output` for the variables of the same place, such as an axis of a bearing.
+    """Return variants of `parameter`, `input_` and `output` for variables of one place, such as an axis of a bearing.
 
-    Their names are the declared ones within a `pattern` such as `left.{}_x`; `field` is by default the declared name.
-    `{}` in a description stands for the place.
+    The names of the variables are the declared names, inserted into a `pattern` such as `left.{}_x`. By default,
+    `field` is the declared name. In a description, `{}` stands for the place.
     """
 
     def of_place(declare: Callable[..., Variable]) -> Callable[..., Variable]:

@@ -1,4 +1,4 @@
-"""The digital-to-analogue converters of the demands: range and resolution."""
+"""The digital-to-analogue converters (DAC) for the demands: range and resolution."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Limits(NamedTuple):
 
 @kernel
 def dac_of(chain: np.record) -> Converter:
-    """Return the DAC, with step 0 if it is off; one DAC serves all demands of a sample."""
+    """Return the DAC that converts all demands of a sample; its step is 0 if the DAC is off."""
     if not is_on(chain.preset, chain.dac):
         return Converter(0.0, 0.0)
     return converter_of(chain.dac_bits, chain.dac_range)
@@ -28,7 +28,7 @@ def dac_of(chain: np.record) -> Converter:
 
 @kernel
 def within_converter(low: float, high: float, chain: np.record, dac: Converter) -> Limits:
-    """Return the limits of a demand and, if the DAC is on, the limits of the DAC."""
+    """Return the limits of a demand, narrowed to the range of the DAC if it is on."""
     if dac.step == 0.0:
         return Limits(low, high)
     lowest = -chain.amplifier_gain * chain.dac_range
@@ -38,7 +38,7 @@ def within_converter(low: float, high: float, chain: np.record, dac: Converter) 
 
 @kernel
 def converted(demand: float, chain: np.record, dac: Converter) -> float:
-    """Return the demand that the amplifier receives: if the DAC is on, its nearest level."""
+    """Return the demand that the amplifier receives, which is the nearest level of the DAC if that is on."""
     if dac.step == 0.0:
         return demand
     output: float = chain.amplifier_gain * quantised(demand / chain.amplifier_gain, dac)

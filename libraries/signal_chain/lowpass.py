@@ -4,7 +4,7 @@
     y_(n+1) = E y_n + (1 - E - P) x_n + P x_(n+1),    E = exp(-omega h),    P = 1 - (1 - E)/(omega h)
 
 Each step is exact for a signal that is linear between samples. Frequencies above half the sampling frequency never
-reach the FMU: the filter's lag and attenuation are modelled, not the aliasing that it prevents.
+reach the FMU, so the filter's lag and attenuation are modelled, but not the aliasing that it prevents.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ def coefficients(cutoff: float, sample_time: float) -> tuple[float, float]:
 
 @kernel
 def start_at_rest(memory: np.record, x: float) -> None:
-    """Set a filter's memory, record FILTER, to rest at `x`."""
+    """Set the memory of a filter, record FILTER, to rest at the value `x`."""
     memory.output = x
     memory.input = x
 
 
 @kernel
 def filter_sample(memory: np.record, x: float, E: float, P: float) -> float:
-    """Return the output of the filter for the next sample `x` of its input."""
+    """Return the filter's output for the next sample `x` of its input."""
     y: float = E * memory.output + (1.0 - E - P) * memory.input + P * x
     memory.output = y
     memory.input = x

@@ -24,7 +24,7 @@ MULTIPLIER, MODULUS = 69069.0, 4294967296.0  # of the congruential generator tha
 
 @kernel
 def start_stream(stream: np.record, seed: float) -> None:
-    """Initialise a stream, record STREAM, from a whole number."""
+    """Initialise a stream of random numbers, record STREAM, from a whole number."""
     value = seed
     for _ in range(8):
         value = (MULTIPLIER * value + 1.0) % MODULUS
@@ -38,14 +38,14 @@ def start_stream(stream: np.record, seed: float) -> None:
 
 @kernel
 def remainder(value: float, modulus: float) -> float:
-    """Return `value` modulo `modulus` in [0, modulus), exact for whole numbers below 2^53."""
+    """Return `value` modulo `modulus`, in [0, modulus); the result is exact for whole numbers below 2^53."""
     rest = value - math.floor(value / modulus) * modulus
     return rest + modulus if rest < 0.0 else rest
 
 
 @kernel
 def uniform(stream: np.record) -> float:
-    """Return the next number of a stream, in (0, 1)."""
+    """Return the next number of a stream, uniformly distributed in (0, 1)."""
     x, y = stream.x, stream.y
     next_x = remainder(1403580.0 * x[1] - 810728.0 * x[0], M_1)
     next_y = remainder(527612.0 * y[2] - 1370589.0 * y[0], M_2)

@@ -14,14 +14,14 @@ IDEAL, RIG, CUSTOM = range(3)
 
 @kernel
 def is_on(preset: float, switch: float) -> bool:
-    """Return whether an effect is on: never in the ideal chain, always in the rig's, otherwise if its switch is on.
+    """Return whether an effect is on: never if the preset is ideal, always if it is rig, else if its switch is on.
 
     Parameters
     ----------
     preset
         The parameter `chain.preset`.
     switch
-        The parameter of the effect, such as `chain.filter`.
+        The parameter that switches the effect on, such as `chain.filter`.
     """
     if preset == IDEAL:
         return False

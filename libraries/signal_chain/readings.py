@@ -1,8 +1,8 @@
-"""From sensor signals to the readings of a controller.
+"""Turns sensor signals into the readings of a controller.
 
 ideal signal -> noise, faults -> anti-aliasing filter -> ADC -> reading
 
-An ideal signal is the signal of a sensor without noise and faults: the measured value times its scale.
+An ideal signal is the signal of a sensor without noise and faults: the measured value times the sensor's scale.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ N_STREAM, N_SENSOR = size_of(STREAM), size_of(SENSOR)
 
 
 class SensorMemory(NamedTuple):
-    """Random numbers, record STREAM in an array of length 1, and records SENSOR."""
+    """State of the random numbers, record STREAM in an array of length 1, and records SENSOR of the sensors."""
 
     random: Records
     sensors: Records
@@ -37,19 +37,19 @@ class SensorMemory(NamedTuple):
 
 @views
 def sensor_memory_size(n_sensors: int) -> int:
-    """Return the size of the memory of `n_sensors` sensors."""
+    """Return the size of the memory for `n_sensors` sensors."""
     return N_STREAM + n_sensors * N_SENSOR
 
 
 @views
 def sensor_memory_of(array: Array, start: int, n_sensors: int) -> SensorMemory:
-    """Return the memory of the sensors as views into an array from `start` on."""
+    """Return the memory of the sensors as views into an array, beginning at `start`."""
     return SensorMemory(part(array, start, STREAM, 1), part(array, start + N_STREAM, SENSOR, n_sensors))
 
 
 @inlined_kernel
 def add_noise(deviation: float, faults: Records, random: Records, signals: Array) -> None:
-    """Add noise with a standard deviation, and the noise of faults; random numbers are drawn for pairs of signals."""
+    """Add noise with this standard deviation, and the noise of faults; random numbers are drawn in pairs."""
     n = signals.shape[0]
     for x in range(0, n, 2):
         y = min(x + 1, n - 1)
@@ -64,20 +64,20 @@ def add_noise(deviation: float, faults: Records, random: Records, signals: Array
 
 @inlined_kernel
 def read(p: np.record, faults: Records, memory: SensorMemory, started: bool, sampling: bool, signals: Array) -> bool:
-    """Turn ideal signals into the controller's readings at this sample; return whether one is beyond the ADC range.
+    """Turn ideal signals into the controller's readings; return whether a signal is beyond the range of the ADC.
 
     Parameters
     ----------
     p
         The controller's parameters: `sample_time` (s) and the record `chain`.
     faults
-        Fault inputs of each sensor.
+        Fault inputs of the sensors.
     memory
-        Changed.
+        Memory of the sensors; changed.
     started
-        Whether there was an earlier sample; filters are at rest at the first one.
+        Whether there was an earlier sample; at the first sample, filters are at rest.
     sampling
-        Whether this is a sample and not the initialisation, which has no noise.
+        Whether this is a sample; false at initialisation, when no noise is added.
     signals
         Ideal signals, shape (n_sensors,); receives the readings.
     """

@@ -9,16 +9,17 @@ from fmi_export.jit import kernel
 
 @kernel
 def with_faults(faults: np.record, healthy: float, last: float) -> float:
-    """Return the signal of a sensor under its faults; noise has already been added.
+    """Return the signal of a sensor with its faults, except noise, which has already been added.
 
-    Dead: 0, regardless of the other faults. Stuck: its last signal. Offset: added to the signal without faults.
+    A dead sensor gives 0, regardless of its other faults; a stuck sensor repeats its last signal. An offset is added to
+    the signal without faults.
 
     Parameters
     ----------
     faults
         The sensor's fault inputs.
     healthy, last
-        Signal without faults, and signal at the previous sample (m).
+        The signal without faults, and the signal at the previous sample (m).
     """
     if faults.dead:
         return 0.0

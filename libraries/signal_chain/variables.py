@@ -1,4 +1,4 @@
-"""Variables of the signal chain: parameters with their ranges, and the faults of a sensor."""
+"""Variables of the signal chain: its parameters with their ranges, and inputs for sensor faults."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ CHAIN = (
 
 
 def sensor_faults(name: str, where: str) -> list[Variable]:
-    """Declare the fault inputs of the sensor of a signal, in the order of `FAULT_INPUTS`."""
+    """Declare the fault inputs of a signal's sensor, in the order of `FAULT_INPUTS`."""
 
     def fault(kind: str, unit: str, description: str, **options: object) -> Variable:
         return input_(f"{name}.fault_{kind}", unit, f"Fault: {description}, {where}", field=kind, **options)
@@ -66,6 +66,6 @@ def sensor_faults(name: str, where: str) -> list[Variable]:
 
 
 def sensor_scale(name: str, where: str) -> list[Variable]:
-    """Declare the scale of the sensor of a signal."""
+    """Declare the scale of a signal's sensor."""
     description = f"Sensitivity of the sensor relative to the nominal value, {where}"
     return [parameter(f"{name}.scale", "1", description, 1.0, minimum=0.0, maximum=1e3, field=".")]

@@ -1,19 +1,20 @@
-"""A thrust disc between two magnets with coil bias: force, its slopes, load capacity, moment stiffness under tilt.
+"""A thrust disc between two magnets with coil bias: force and its slopes, load capacity, tilting stiffness.
 
              I_0 - i                       I_0 + i
        | core |<- g_0 + z ->| disc |<- g_0 - z ->| core |
                                 |---> z, F
 
-Each magnet consists of two ring-shaped poles of area A about the shaft, with a coil of N turns between them. Its flux
-passes the gap twice, so with ideal iron
+Each magnet consists of two ring-shaped poles of area A about the shaft, with a coil of N turns between them. The flux
+of a magnet crosses the gap twice. If the iron is ideal,
 
     B_+- = min(mu_0 N (I_0 +- i)/(2 (g_0 -+ z)), B_sat)                          (1)
     F = A/mu_0 (B_+^2 - B_-^2)                                                   (2)
       = mu_0 N^2 A/4 [(I_0 + i)^2/(g_0 - z)^2 - (I_0 - i)^2/(g_0 + z)^2]         below saturation
     K_i = mu_0 N^2 A I_0/g_0^2,   K_s = K_i I_0/g_0 (1 + (i/I_0)^2)              (3)
 
-F > 0 pulls towards positive z, i > 0 strengthens the magnet there. F = K_i i + K_s z: both constants are positive, and
-K_s > 0 pulls the disc further away. K_i is the same at every current i at z = 0; K_s grows with a static load.
+F > 0 pulls towards positive z, and i > 0 strengthens the magnet on that side. In the linear law F = K_i i + K_s z both
+constants are positive, so K_s z pulls the disc further away from the centre. At z = 0, K_i does not depend on the
+current i, but K_s increases with a static load.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ Ring = tuple[float, float]  # inner and outer radius (m)
 
 
 class OperatingPoint(NamedTuple):
-    """A bearing under a static force: control current (A), K_i (N/A) and K_s (N/m)."""
+    """Operating point of a bearing under a static force: control current (A), K_i (N/A) and K_s (N/m)."""
 
     current: float
     k_i: float
@@ -46,22 +47,22 @@ class ThrustDisc:
     """A two-sided axial magnetic bearing.
 
     inner_radius, outer_radius
-        Radii r_i of the inner edge of the inner pole and r_o of the outer edge of the outer pole (m).
+        Radius r_i of the inner pole's inner edge, and radius r_o of the outer pole's outer edge (m).
     pole_area
-        Area A of each of the two poles of a magnet (m^2).
+        Area A of each pole (m^2); a magnet has two.
     gap
         Air gap g_0 on each side of the centred disc (m).
     turns
-        N of each magnet.
+        Number N of turns of each magnet.
     bias_current, current_limit
-        I_0 and the largest current of a coil (A).
+        Bias current I_0, and largest current of a coil (A).
     saturation
         Flux density B_sat at which the iron saturates (T).
 
     Raises
     ------
     ValueError
-        If a number is out of range, the poles do not fit between the radii, or the bias saturates the iron.
+        If a number is out of range, if the poles do not fit between the radii, or if the bias saturates the iron.
     """
 
     inner_radius: float
@@ -96,16 +97,16 @@ class ThrustDisc:
 
     @property
     def largest_control_current(self) -> float:
-        """Largest control current (A): one coil reaches its limit, or the other one carries no current."""
+        """Largest control current (A), at which one coil reaches its limit or the other coil carries no current."""
         return min(self.bias_current, self.current_limit - self.bias_current)
 
     def flux_densities(self, z: Array | float, i: Array | float) -> tuple[Array, Array]:
-        """Return B_+ and B_- (T) at displacements (m) and control currents (A) by (1).
+        """Return B_+ and B_- (T) of (1) for displacements (m) and control currents (A).
 
         Raises
         ------
         ValueError
-            If the disc is displaced by the gap or more, or a current exceeds `largest_control_current`.
+            If a displacement reaches the gap, or a current exceeds `largest_control_current`.
         """
         z, i = np.asarray(z, dtype=np.float64), np.asarray(i, dtype=np.float64)
         limit = self.largest_control_current
@@ -118,14 +119,14 @@ class ThrustDisc:
         return np.minimum(upper, self.saturation), np.minimum(lower, self.saturation)
 
     def force(self, z: Array | float, i: Array | float) -> Array:
-        """Return the force F (N) at displacements (m) and control currents (A) by (2); errors as `flux_densities`."""
+        """Return the force F (N) of (2); arguments and errors are those of `flux_densities`."""
         upper, lower = self.flux_densities(z, i)
         return np.asarray(self.pole_area / mu_0 * (upper**2 - lower**2))
 
     def operating_point(self, load: float = 0.0) -> OperatingPoint:
         """Return the control current and the slopes of the force at the centre, under a static force (N).
 
-        The slopes follow from (3); the flux density of a saturated magnet is constant.
+        The slopes follow from (3); a saturated magnet, whose flux density is constant, does not contribute to them.
 
         Raises
         ------
@@ -143,7 +144,7 @@ class ThrustDisc:
 
     @property
     def capacity(self) -> float:
-        """Largest static force (N) on the centred disc, with the limits of currents and flux density."""
+        """Largest static force (N) on the centred disc within the limits of currents and flux density."""
         return float(self.force(0.0, self.largest_control_current))
 
     @property
@@ -157,12 +158,12 @@ class CatalogueBearing:
     """A two-sided axial magnetic bearing described by the constants of its data sheet, below saturation.
 
     inner_radius, outer_radius
-        Radii r_i and r_o of the ring on which it pulls (m).
+        Radii r_i and r_o of the ring on which the bearing pulls (m).
     k_i, k_s
-        K_i (N/A) and K_s (N/m) without a static force.
+        Constants K_i (N/A) and K_s (N/m) without a static force.
     capacity
-        Largest static force (N), at a control current as large as the bias: with a static force F, K_s grows by the
-        factor 1 + (F/capacity)^2 of a coil bias.
+        Largest static force (N), for which the control current must be as large as the bias. As in a bearing with coil
+        bias, a static force F multiplies K_s by 1 + (F/capacity)^2.
     """
 
     inner_radius: float
@@ -202,20 +203,21 @@ def _check_load(load: float, capacity: float) -> None:
 
 
 def moment_stiffness(k_s: float, rings: Sequence[Ring]) -> float:
-    """Return the moment per tilt (N m/rad) about a diameter of a disc whose K_s (N/m) is spread over rings.
+    """Return the moment per tilt angle (N m/rad) of a disc about its diameter; rings of the disc carry K_s (N/m).
 
-    A disc tilted by theta is displaced by r cos(phi) theta, and each area pulls it further away:
+    A tilt by theta displaces each point of the disc by r cos(phi) theta, and each area pulls the disc further away:
 
         M = integral of kappa r^2 cos^2(phi) dA theta = K_s sum A_k (r_o^2 + r_i^2)_k/(4 sum A_k) theta         (4)
 
-    It has the sign of K_s; a positive moment tilts the disc further. The iron of each core is taken as equipotential.
+    The moment has the sign of K_s; a positive moment tilts the disc further. The iron of each core is assumed to be an
+    equipotential.
 
     Parameters
     ----------
     k_s
-        Axial negative stiffness (N/m).
+        Axial negative stiffness K_s (N/m).
     rings
-        Inner and outer radii of the areas that carry it (m).
+        Inner and outer radius of each area that carries K_s (m).
     """
     squares = np.array(rings) ** 2
     areas = squares[:, 1] - squares[:, 0]

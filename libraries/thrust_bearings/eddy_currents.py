@@ -1,36 +1,37 @@
-"""Eddy currents in the solid iron of a thrust bearing: flux lags the current by half an order.
+"""Eddy currents in the solid iron of a thrust bearing: the flux lags the current by half an order.
 
-Ampere's law along the iron's surface about the coil, with the tangential field H there:
+Ampere's law along the iron's surface around the coil, where the tangential field is H, gives
 
     N i = 2 g_0 B/mu_0 + integral of H dl                                                     (1)
 
-Below the surface the field diffuses into the iron, H'' = s sigma mu H, as it would into a half-space: it decays by
-exp(-x sqrt(s sigma mu)), and the flux per width of the surface is mu H/sqrt(s sigma mu). A flux Phi that flows along a
-surface of width w therefore needs the field H = sqrt(s sigma/mu) Phi/w, and
+Below the surface the field diffuses into the iron as it would into a half-space, H'' = s sigma mu H. It therefore
+decays as exp(-x sqrt(s sigma mu)), and the flux per width of the surface is mu H/sqrt(s sigma mu). A flux Phi along a
+surface of width w requires the field H = sqrt(s sigma/mu) Phi/w, so
 
     N i = R(s) Phi,   R(s) = R_0 + c sqrt(s),   R_0 = 2 g_0/(mu_0 A)                          (2)
     c = sqrt(sigma/mu) integral of (Phi(l)/Phi)^2 dl/w(l)                                     (3)
 
-The whole flux passes the walls of the coil's slot, its bottom and the disc's face opposite it. Along the pole faces, of
-core and disc alike, it decreases as it crosses the gap, evenly over the face if most of N i is spent in the gap.
-Including leakage, the iron carries lambda times the flux between the poles. With w = 2 pi r, the rings r_1 to r_2 and
-r_3 to r_4 of the poles, and the slot's depth h:
+The whole flux flows along the walls and the bottom of the coil's slot, and along the face of the disc opposite the
+slot. Along the pole faces of core and disc, the flux decreases because it crosses the gap. It does so evenly over the
+face if the gap takes most of N i. Because of leakage, the iron carries lambda times the flux between the poles. If w =
+2 pi r, the poles are rings from r_1 to r_2 and from r_3 to r_4, and the slot has the depth h, then
 
     2 pi c/(lambda sqrt(sigma/mu)) = h/r_2 + h/r_3 + 2 ln(r_3/r_2)                            (4)
         + 2 int_r1^r2 ((r^2 - r_1^2)/(r_2^2 - r_1^2))^2 dr/r + 2 int_r3^r4 ((r_4^2 - r^2)/(r_4^2 - r_3^2))^2 dr/r
 
-The flux relative to that without eddy currents is
+The ratio of the flux to the flux without eddy currents is
 
     G(s) = 1/(1 + sqrt(s/omega_e)),   sqrt(omega_e) = R_0/c                                   (5)
 
-Its phase tends to -45 degrees, and its magnitude falls with the root of the frequency. The bias is constant, so that
-both the current's and the displacement's share of the force lag: F = G(s) (K_i i + K_s z).
+The phase of G tends to -45 degrees, and its magnitude falls with the square root of the frequency. Because the bias is
+constant, the contributions of current and displacement to the force both lag: F = G(s) (K_i i + K_s z).
 
 The form (2) is that of L. Zhu, C. R. Knospe, E. H. Maslen, IEEE Trans. Magn. 41 (2005), of which only the abstract was
-read; (3) and (4) are derived here. They neglect the iron's static reluctance and a skin as thick as the iron, which
-matter at a low permeability, and saturation. Rotation does not change an axially symmetric field. Compared with
-solutions of the diffusion equation for four bearings, G is within 13 % up to 1 kHz with mu_r of 500 to 2000, and within
-30 % with 200, where it lags too much (`tests/support/axial_diffusion.py`).
+read; (3) and (4) are derived here. They neglect saturation, the static reluctance of the iron, and the case in which
+the skin is as thick as the iron; the last two matter if the permeability is low. Rotation does not change an axially
+symmetric field. G was compared with solutions of the diffusion equation for four bearings up to 1 kHz
+(`tests/support/axial_diffusion.py`). It agrees within 13 % for mu_r from 500 to 2000, and within 30 % for mu_r = 200,
+where it lags too much.
 """
 
 from __future__ import annotations
@@ -50,16 +51,16 @@ LEAKAGE = 1.3  # solutions of the field have 1.26 to 1.5 with gaps of 0.4 to 0.8
 
 @dataclass(frozen=True)
 class SolidIron:
-    """Solid iron of core and disc.
+    """The solid iron of core and disc.
 
     conductivity
-        sigma (S/m).
+        Conductivity sigma (S/m).
     permeability
         Relative permeability mu_r, for small changes about the bias.
     slot_depth
         Depth h of the coil's slot (m).
     leakage
-        Flux lambda in the iron over that between the poles (1).
+        Ratio lambda of the flux in the iron to the flux between the poles (1).
     """
 
     conductivity: float
@@ -74,7 +75,7 @@ class SolidIron:
 
 
 def corner_frequency(disc: ThrustDisc, iron: SolidIron) -> float:
-    """Return omega_e (rad/s) of (5), at which the reluctance of the eddy currents has the magnitude of the gap's."""
+    """Return omega_e (rad/s) of (5), at which the reluctances of eddy currents and gap have the same magnitude."""
     (_, r_2), (r_3, _) = inner, outer = disc.poles
     path = iron.slot_depth * (1.0 / r_2 + 1.0 / r_3) + 2.0 * math.log(r_3 / r_2)
     path += 2.0 * (pole_face(inner, fed_from=r_2) + pole_face(outer, fed_from=r_3))
@@ -83,20 +84,20 @@ def corner_frequency(disc: ThrustDisc, iron: SolidIron) -> float:
 
 
 def pole_face(ring: Ring, fed_from: float) -> float:
-    """Return the integral of the squared share of the flux over ln r, along a pole face that feeds the gap evenly.
+    """Return the integral over ln r of the squared fraction of the flux in a pole face that feeds the gap evenly.
 
-    With the edge r_a at which the flux enters, the other edge r_b, and D = r_b^2 - r_a^2:
+    If the flux enters at the edge r_a, r_b is the other edge, and D = r_b^2 - r_a^2, then
 
         int ((r_b^2 - r^2)/D)^2 dr/r = (r_b^4 ln(r_b/r_a) - r_b^2 D + (r_b^4 - r_a^4)/4)/D^2
 
-    for r_b > r_a, and its negative otherwise.
+    if r_b > r_a; otherwise, the sign of the right-hand side is reversed.
 
     Parameters
     ----------
     ring
         Inner and outer radius (m).
     fed_from
-        The one of these radii at which the flux enters (m).
+        The radius, one of the two, at which the flux enters (m).
     """
     r_a = fed_from
     r_b = ring[0] if fed_from == ring[1] else ring[1]
@@ -106,5 +107,5 @@ def pole_face(ring: Ring, fed_from: float) -> float:
 
 
 def half_order_lag(s: Complex, omega_e: float) -> Complex:
-    """Return G (1) of (5) at complex frequencies s (rad/s)."""
+    """Return the dimensionless G of (5) at complex frequencies s (rad/s)."""
     return np.asarray(1.0 / (1.0 + np.sqrt(np.asarray(s, dtype=np.complex128) / omega_e)))

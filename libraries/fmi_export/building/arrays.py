@@ -1,12 +1,14 @@
-"""The variables of a model in FMI 3.0: numbered variables form arrays, all others are scalars.
+"""The variables of a model in FMI 3.0: numbered variables form arrays, and all others are scalars.
 
-Variables named after a place stay scalars in FMI 3.0: bearing axes, discs and contact sites are wired in sequence and
-looked up by name (`seal.f_n`). Numbered variables and matrices become arrays: the sensors of plant and controller,
-which one connection joins, their weights and scales, the sensor planes, and the identified receptance. The elements of
-an array are consecutive in the table, row by row, so that the array is a slice of the model's flat arrays.
+Variables that are named after a place remain scalars in FMI 3.0: users connect bearing axes, discs and contact sites
+one by one and look them up by name (`seal.f_n`). Numbered variables and matrices become arrays. Examples are the
+sensors, which a single connection between plant and controller joins, their weights and scales, the sensor planes, and
+the identified receptance. The elements of an array are consecutive in the table, row by row, so the array is a slice of
+the model's flat arrays.
 
-Positions in the table are value references; an array has the reference of its first element. For hosts that read one
-value per reference, a model can be made `without_arrays`: each element is then a variable, as in FMI 2.0.
+The value reference of a variable is its position in the table; an array has the reference of its first element. For
+hosts that read one value per reference, `without_arrays` returns a model in which each element is a variable, as in FMI
+2.0.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from fmi_export.variables import Variable
 
 @dataclass(frozen=True)
 class Slot:
-    """A variable of FMI 3.0: value reference, scalar variables that it comprises, and shape, () for a scalar."""
+    """A variable of FMI 3.0: its value reference, the scalar variables that it contains, and its shape."""
 
     reference: int
     variables: tuple[Variable, ...]
@@ -41,7 +43,7 @@ class Slot:
 
 
 def without_arrays(model: Model) -> Model:
-    """Return a model without arrays in FMI 3.0, with the names and references of FMI 2.0."""
+    """Return a model that has no arrays in FMI 3.0, but the names and references of FMI 2.0."""
     variables = tuple(replace(v, array=None) for v in model.interface.variables)
     return replace(model, interface=Interface(variables))
 
@@ -52,8 +54,8 @@ def slots(table: Interface) -> list[Slot]:
     Raises
     ------
     ValueError
-        If the elements of an array differ in more than name, description, start value and dependencies, or do not fill
-        its shape, or two variables have the same name.
+        If the elements of an array differ in more than name, description, start value and dependencies, if they do not
+        fill its shape, or if two variables have the same name.
     """
     result = []
     numbered = enumerate(table.variables)
@@ -66,7 +68,7 @@ def slots(table: Interface) -> list[Slot]:
 
 
 def lengths(table: Interface) -> list[int]:
-    """Return the number of values of each variable's reference: 1, an array's size, or 0 within an array."""
+    """Return the number of values at each value reference: 1, the size of an array, or 0 within an array."""
     result = [0] * len(table.variables)
     for slot in slots(table):
         result[slot.reference] = len(slot.variables)
@@ -85,7 +87,7 @@ def _shape(variables: tuple[Variable, ...]) -> tuple[int, ...]:
 
 
 def _without_name(v: Variable) -> Variable:
-    """Return a variable without the attributes in which elements of an array may differ."""
+    """Return a variable without those attributes in which the elements of an array may differ."""
     start = min(max(0.0, v.minimum), v.maximum)
     return replace(
         v, name="", description="", field="", start=start, depends_on=(), initially_depends_on=None, initially_equals=""

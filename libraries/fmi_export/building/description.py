@@ -1,4 +1,4 @@
-"""modelDescription.xml of a model, from its variable table; the same for every flavour of FMU."""
+"""Writes modelDescription.xml from a model's variable table; it is the same for every flavour of FMU."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ def model_description(
 ) -> Element:
     """Return the root element of the FMI 2.0 co-simulation description of `model`.
 
-    Variables are in table order, with the position as value reference. Outputs are `calculated` and listed with the
-    inputs on which they depend without delay. They are also the initial unknowns, with the dependencies of their
-    initial values as far as the table declares them. `sources` are the C files from which the FMU can be compiled.
+    Variables are in the order of the table, and their positions are the value references. Outputs are `calculated` and
+    listed with the inputs on which they depend without delay. They are also the initial unknowns, with the dependencies
+    of their initial values if the table declares these. `sources` are the names of the C files from which the FMU can
+    be compiled.
     """
     root = Element("fmiModelDescription", fmiVersion="2.0", guid=guid)
     states = ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate", "canSerializeFMUstate")
@@ -52,7 +53,7 @@ def model_description(
 
 
 def xml_file(root: Element) -> bytes:
-    """Return the content of a modelDescription.xml."""
+    """Return the content of an XML file with this root element."""
     indent(root)
     return bytes(tostring(root, encoding="utf-8", xml_declaration=True))
 
@@ -67,16 +68,16 @@ def describe(
     enumeration: Callable[[Element, str], Element],
     *further: str,
 ) -> None:
-    """Add everything before the variables, for any version of FMI.
+    """Add everything that precedes the variables, for any version of FMI.
 
     Parameters
     ----------
     abilities
-        Attributes that are true for the slave in co-simulation, by their names in this version of FMI.
+        Names, in this version of FMI, of the attributes for co-simulation that are true.
     enumeration
-        Function that adds a named Enumeration to the types, and returns the element of its items.
+        Function that adds an Enumeration with this name to the types, and returns the element for its items.
     further
-        Units besides those of the variables.
+        Units to add to those of the variables.
     """
     root.attrib |= {
         "modelName": model.name,
@@ -113,7 +114,7 @@ def describe(
 
 
 def identity_of(v: Variable, name: str, reference: int, description: str) -> dict[str, str]:
-    """Return the identifying attributes of a variable; arrays differ from their first element in the first three."""
+    """Return a variable's identifying attributes; an array differs from its first element only in the first three."""
     attributes = {
         "name": name,
         "valueReference": str(reference),
@@ -127,7 +128,7 @@ def identity_of(v: Variable, name: str, reference: int, description: str) -> dic
 
 
 def range_of(v: Variable) -> dict[str, str]:
-    """Return the attributes of a variable's type: units, limits and Enumeration, as far as it has them."""
+    """Return the type attributes that a variable has: units, nominal value, limits and Enumeration."""
     values: dict[str, str] = {}
     if v.type == "Real":
         values["unit"] = v.unit
@@ -144,7 +145,7 @@ def range_of(v: Variable) -> dict[str, str]:
 
 
 def _add_units(root: Element, model: Model, *further: str) -> None:
-    """Add the units and display units of the variables, and further units."""
+    """Add the units and the display units of the variables, and the `further` units."""
     reals = [v for v in model.interface.variables if v.type == "Real"]
     definitions = SubElement(root, "UnitDefinitions")
     for unit in sorted({*further, *(v.unit for v in reals)}):
@@ -159,7 +160,7 @@ def _numbers(values: Mapping[str, float]) -> dict[str, str]:
 
 
 def display_unit_of(v: Variable) -> str:
-    """Return the display unit of a Real, or an empty text if it equals the unit."""
+    """Return the display unit of a Real, or an empty text if it has none besides its unit."""
     return v.display_unit or DISPLAYED.get(v.unit, "")
 
 

@@ -1,4 +1,4 @@
-"""modelDescription.xml of a model for FMI 3.0, from its variable table, as `description` writes the one of FMI 2.0."""
+"""Writes modelDescription.xml for FMI 3.0 from a model's variable table; `description` does so for FMI 2.0."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 def model_description3(model: Model, token: str, tool: str, version: str) -> Element:
     """Return the root element of the FMI 3.0 co-simulation description of `model`; `token` is the instantiation token.
 
-    Value references are the same as in FMI 2.0; `arrays.slots` forms the arrays. `time`, which FMI 3.0 requires,
-    follows the last variable.
+    Value references are the same as in FMI 2.0; `arrays.slots` forms the arrays. The variable `time`, which FMI 3.0
+    requires, is added after the last variable.
     """
     root = Element("fmiModelDescription", fmiVersion="3.0", instantiationToken=token)
     states, derivatives = ("canGetAndSetFMUState", "canSerializeFMUState"), ("Directional", "Adjoint")
@@ -44,9 +44,10 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
 
 
 def variable_notes(table: Interface) -> bytes:
-    """Return the file `NOTES`: warnings, and names and descriptions that elements of arrays have in FMI 2.0, by name.
+    """Return the file `NOTES`, which contains warnings, and FMI 2.0's names and descriptions of array elements.
 
-    They are not annotations of the variables, because FMI Library reports annotations of FMI 3.0 as unknown.
+    The notes are listed by the names of the variables. They are not written as annotations, because FMI Library reports
+    annotations of FMI 3.0 as unknown.
     """
     result: dict[str, dict[str, object]] = {}
     for slot in slots(table):
@@ -73,9 +74,10 @@ def _variable(slot: Slot) -> Element:
 
 
 def _add_structure(structure: Element, table: Interface, slots: list[Slot]) -> None:
-    """Add the outputs and the initial unknowns, with the union of the dependencies of their elements.
+    """Add the outputs and the initial unknowns; an array has the union of the dependencies of its elements.
 
-    An output that declares no initial dependencies may depend on everything, which FMI expresses by omitting them.
+    An output without declared initial dependencies may depend on everything; FMI expresses this by omitting the
+    dependencies.
     """
     reference_of = {v.name: slot.reference for slot in slots for v in slot.variables}
     outputs = [slot for slot in slots if slot.variables[0].causality == "output"]

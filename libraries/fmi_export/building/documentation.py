@@ -1,7 +1,7 @@
-"""Documentation in an FMU: a page about its model, sketch, licences, icon.
+"""Documentation in an FMU: a page about its model, a sketch, licences and an icon.
 
-The page is the README of the model's package, followed by the FMU's variables, faults and warnings. It needs neither a
-network nor other files, except the sketch.
+The page contains the README of the model's package, followed by the FMU's variables, faults and warnings. It needs
+neither a network nor any other file except the sketch.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ img { max-width: 100%; }
 
 
 def documentation(model: Model, licences: Iterable[str] = ()) -> dict[str, bytes]:
-    """Return the files of an FMU's documentation by their paths in it, if its package contains them.
+    """Return the documentation files of an FMU by their paths in it, with pictures if the model's package has any.
 
     Parameters
     ----------
     model
         The model of the FMU.
     licences
-        Other distributions with code in the FMU.
+        Names of other distributions whose code is in the FMU.
     """
     folder = package_folder(model.packages[0])
     files = {
@@ -69,7 +69,7 @@ def page(model: Model) -> str:
 
 
 def _html(markdown: str) -> str:
-    """Return Markdown as HTML; links to files outside the FMU become their text."""
+    """Convert Markdown to HTML; links to files outside the FMU are replaced by their text."""
     from markdown_it import MarkdownIt  # takes as long to load as a build
 
     text = markdown.replace(f"({DOCUMENTATION}/", "(./")

@@ -1,7 +1,7 @@
-"""The experiment with reference results in an FMU, for checking importers.
+"""An experiment with reference results, stored in an FMU, with which importers can be checked.
 
-It is placed as in FMI-LS-REF 1.0.0-alpha.1 (github.com/modelica/fmi-ls-ref), in the format for experiments of the
-Modelica Association (github.com/modelica/ma-hs-experiments):
+The files are placed as FMI-LS-REF 1.0.0-alpha.1 specifies (github.com/modelica/fmi-ls-ref), in the Modelica
+Association's format for experiments (github.com/modelica/ma-hs-experiments):
 
     extra/org.fmi-standard.fmi-ls-ref/
       fmi-ls-manifest.xml    an experiment/smoke-test
@@ -9,9 +9,9 @@ Modelica Association (github.com/modelica/ma-hs-experiments):
       stimuli.csv            inputs, each constant
       references.csv         all outputs at the start and after each step, with all digits
 
-The experiment consists of ten steps of the usual size from the start values. Inputs with a nominal size (displacements,
-currents and forces) are set to different values of a few per cent of that size. The results were computed by FMPy with
-the engine of this machine; with other C libraries the results differ in the last bits.
+The experiment consists of ten steps of the usual size that begin at the start values. Inputs with a nominal size
+(displacements, currents and forces) are set to different values, which are a few per cent of that size. FMPy computes
+the results with the engine of the building machine; other C libraries give results that differ in the last bits.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ Columns = dict[str, list[Any]]
 def experiment_files(model: Model, constants: Array, by_slot: bool = False) -> dict[str, bytes]:
     """Return the files of the experiment by their paths in an FMU.
 
-    There are no files if this machine has no shipped or cached engine, because no engine is compiled for this purpose,
-    or if the model cannot take these steps.
+    No files are returned if there is no shipped or cached engine for this machine, because an engine is not compiled
+    just for the experiment. The same applies if the model cannot take these steps.
 
     Parameters
     ----------
     by_slot
-        Whether the FMU has the arrays of FMI 3.0, which are one column each, with values separated by blanks.
+        Whether the FMU has the arrays of FMI 3.0; each array is then one column, with values separated by blanks.
     """
     try:
         engine = engine_at_hand(model.compiled, host_platform())
@@ -83,7 +83,7 @@ def stimuli_of(table: Interface) -> dict[str, float]:
 
 
 def _simulated(model: Model, constants: Array, engine: Engine, start: Mapping[str, float]) -> Columns | None:
-    """Return time and outputs as FMPy computes them, or None if the model cannot take these steps."""
+    """Return the time and the outputs from a run in FMPy, or None if the model cannot take these steps."""
     from fmpy import simulate_fmu
     from fmpy.fmi1 import FMICallException
 
@@ -145,7 +145,7 @@ def _experiments(model: Model, has_stimuli: bool) -> bytes:
 
 
 def _table(model: Model, variables: Sequence[Variable], values: Columns, by_slot: bool) -> bytes:
-    """Return a table of time and variables; with `by_slot`, an array is a single column."""
+    """Return a table of time and variables; if `by_slot` is true, an array is a single column."""
     names = {v.name for v in variables}
     groups = {v.name: [v.name] for v in variables}
     if by_slot:

@@ -1,4 +1,4 @@
-"""Checks for packages of extras."""
+"""Checks that the packages of an extra are installed."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ DISTRIBUTION = "amb-cosim"
 
 
 def require_extra(extra: str, purpose: str, *packages: str) -> None:
-    """Check that packages of an extra are installed.
+    """Check that these packages of an extra are installed.
 
     Raises
     ------
     ValueError
-        If one is missing; the message gives the command that installs the extra.
+        If a package is missing; the message gives the command that installs the extra.
     """
     missing = [name for name in packages if find_spec(name) is None]
     if missing:
@@ -26,7 +26,7 @@ def require_extra(extra: str, purpose: str, *packages: str) -> None:
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs an extra: from the clone, if the package was installed from one (PEP 610)."""
+    """Return the command that installs an extra, from the clone if the package was installed from one (PEP 610)."""
     try:
         source = json.loads(distribution(DISTRIBUTION).read_text("direct_url.json") or "{}")
     except PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""Digests of the sources of an FMU: the guid changes only with them."""
+"""Digests of the sources of an FMU; its guid changes only if they change."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DESCRIBING = (  # files here that determine an archive, in addition to code and 
 
 
 def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
-    """Return an identifier that changes only with the model, its code, the constants or `flavour`."""
+    """Return an identifier that changes only if the model, its code, the constants or `flavour` change."""
     sha = hashlib.sha256(model.interface.canonical() + flavour.encode())
     parts = [[part.name, part.model.name, part.every] for part in model.parts]
     facts = [model.name, model.description, [*model.faults.items()], model.step_size, model.variable_step]
@@ -47,7 +47,7 @@ def digests(packages: Iterable[str]) -> dict[str, str]:
 
 
 def package_folder(package: str) -> Path:
-    """Return the folder of an installed package; raises ValueError if not installed."""
+    """Return the folder of a package; raise ValueError if it is not installed."""
     spec = importlib.util.find_spec(package)
     if spec is None or spec.origin is None:
         raise ValueError(f"package {package} is not installed")

@@ -1,4 +1,4 @@
-"""Copies an FMU for hosts without Enumerations: ecos ignores their values, libcosim their variables."""
+"""Copies an FMU for hosts that do not support Enumerations: ecos ignores their values, libcosim their variables."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DESCRIPTION = "modelDescription.xml"
 def with_integers(fmu: bytes) -> bytes:
     """Return an FMI 2.0 FMU whose Enumerations are described as Integers.
 
-    Everything else is unchanged: values are set and read by the same functions.
+    Nothing else changes, because the same functions set and read values of both types.
     """
     memory = BytesIO()
     with zipfile.ZipFile(BytesIO(fmu)) as values, zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as copy:

@@ -24,7 +24,7 @@ CODE = re.compile(r"(`[^`]*`)")
 
 @dataclass(frozen=True)
 class PageTable:
-    """A titled table; text between backticks in a cell is a name."""
+    """A table with a title; text between backticks in a cell is a name."""
 
     title: str
     header: tuple[str, ...]
@@ -32,7 +32,7 @@ class PageTable:
 
 
 def tables(model: Model) -> list[PageTable]:
-    """Return the tables of a model: variables by causality, faults and, if any, warnings."""
+    """Return the tables of a model: its variables by causality, its faults and, if it has any, its warnings."""
     header = ("name", "type", "unit", "start", "allowed", "description")
     of = model.interface.of
     page_tables = [
@@ -55,12 +55,12 @@ def interface_page(model: Model) -> str:
 
 
 def full_description(v: Variable) -> str:
-    """Return the description of a variable with the meaning of its values."""
+    """Return the description of a variable, followed by the meaning of its values if these are enumerated."""
     return f"{v.description}. {v.enumeration.in_words()}" if v.enumeration else v.description
 
 
 def sentence(template: str) -> str:
-    """Return a sentence with the names of its variables between backticks."""
+    """Return a sentence in which backticks enclose the names of variables."""
     return re.sub(r"\{([^}]+)\}", r"`\1`", template)
 
 

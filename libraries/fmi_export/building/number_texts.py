@@ -1,4 +1,4 @@
-"""Numbers with separators in texts: `12,000` is twelve thousand in some countries and twelve in others."""
+"""Numbers with separators in texts, such as `12,000`, which is twelve thousand in some countries, twelve in others."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
 
 def plain_forms(text: str) -> list[str]:
-    """Return the plain forms that a number at the beginning of a text may have; none if it has no separators.
+    """Return the plain forms that the number at the beginning of a text may have; none if it has no separators.
 
     Examples
     --------

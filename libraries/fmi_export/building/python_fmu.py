@@ -1,8 +1,8 @@
-"""Builds the python flavour of a model: PythonFMU's archive of script, code and constants, behind a guard.
+"""Builds the python flavour of a model: an archive with script, code and constants for PythonFMU, and a guard.
 
-The archive is like that of `pythonfmu.builder`, which is not used: it imports the script under a name that an FMU of
-the same model may already use in this process, and takes libraries from the copy of PythonFMU that was imported first,
-which may be a copy in an FMU, without libraries.
+The archive is like that of `pythonfmu.builder`. That builder is not used, because it imports the script under a name
+that an FMU of the same model may already use in this process. It also takes libraries from the copy of PythonFMU that
+was imported first; this may be a copy in an FMU, which has no libraries.
 """
 
 from __future__ import annotations
@@ -48,14 +48,15 @@ def python_fmu(model: Model, constants: Array, platforms: Iterable[str] | None =
     model
         The model to export.
     constants
-        Its constants, flat float64.
+        Constants of the model, a flat float64 array.
     platforms
-        FMI names of the platforms that it runs on, or `all`; this machine's by default; see `guard.libraries`.
+        FMI names of the platforms on which the FMU runs, or `all`; by default, the platform of this machine. See
+        `guard.libraries`.
 
     Raises
     ------
     ValueError
-        If PythonFMU has no library for a platform, or the guard in front of it must be compiled and cannot be.
+        If PythonFMU has no library for a platform, or if the guard must be compiled but cannot be.
     """
     chosen = check_guarded([host_platform()] if platforms is None else platforms)
     guid = python_guid(model, constants)
@@ -73,12 +74,12 @@ def python_fmu(model: Model, constants: Array, platforms: Iterable[str] | None =
 
 
 def python_guid(model: Model, constants: Array) -> str:
-    """Return an identifier that changes with the interface, the code (including the guard) or the constants."""
+    """Return an identifier that changes if the interface, the code (including the guard) or the constants change."""
     return guid_of(model, constants, "python " + guard_key())
 
 
 def what_it_needs() -> str:
-    """Return sentences on what an FMU built here requires of the importing process."""
+    """Return sentences that say what an FMU built here requires from the importing process."""
     library, _ = _this_python()
     effect = (
         f"starts this machine's Python, {library}" if library else "cannot run it: this Python has no shared library"
@@ -90,7 +91,7 @@ def what_it_needs() -> str:
 
 
 def _resources(model: Model, constants: Array, guid: str) -> dict[str, bytes]:
-    """Return the files that PythonFMU's library and the script need, by their names in the resources."""
+    """Return the files that PythonFMU's library and the script need, by their paths in the resources."""
     script, memory = _script(model), BytesIO()
     np.save(memory, np.ascontiguousarray(constants, dtype=np.float64))
     result = {
@@ -113,12 +114,12 @@ def _resources(model: Model, constants: Array, guid: str) -> dict[str, bytes]:
 
 
 def _is_unneeded(place: Path) -> bool:
-    """Return whether a file of a package is left out of FMUs."""
+    """Return whether a file of a package is omitted from FMUs."""
     return place.suffix == ".md" or not {"__pycache__", DOCUMENTATION, bootstrap.BUILD_ONLY}.isdisjoint(place.parts)
 
 
 def _installed_pythonfmu() -> Path:
-    """Return the folder of the installed PythonFMU, of which this process may have imported another copy."""
+    """Return the folder of the installed PythonFMU; this process may have imported another copy."""
     return Path(str(importlib.metadata.distribution("pythonfmu").locate_file("pythonfmu")))
 
 
@@ -128,19 +129,19 @@ def _library_of_pythonfmu(platform: str) -> bytes:
 
 
 def _data(model: Model, constants: Array, guid: str) -> bytes:
-    """Return the data of the guard: everything except the constants, which Python kernels read from a file."""
+    """Return the data for the guard, without the constants, which Python kernels read from a file."""
     return model_data(_without_constants(model, constants), np.zeros(0), guid, guard_key())
 
 
 def _without_constants(model: Model, constants: Array) -> Model:
-    """Return a model whose sizes do not depend on its constants; neither do those of its parts."""
+    """Return a model whose sizes, and those of its parts, are numbers that do not depend on the constants."""
     n_state, n_work = sizes(model, constants)
     parts = (replace(p, model=_without_constants(p.model, p.constants), constants=np.zeros(0)) for p in model.parts)
     return replace(model, n_state=n_state, n_work=n_work, parts=tuple(parts))
 
 
 def _this_python() -> tuple[str, str]:
-    """Return the library (empty if there is none) and the interpreter of this Python, for a host without Python."""
+    """Return this Python's library (empty if there is none) and interpreter, which hosts without Python start."""
     name = "python3.dll" if sys.platform == "win32" else str(sysconfig.get_config_var("INSTSONAME"))
     folder = sys.base_prefix if sys.platform == "win32" else sysconfig.get_config_var("LIBDIR")
     library = Path(folder or "", name)
@@ -148,7 +149,7 @@ def _this_python() -> tuple[str, str]:
 
 
 def _script(model: Model) -> Path:
-    """Return the script that PythonFMU loads; raises ValueError if the model's package has none."""
+    """Return the script that PythonFMU loads; raise ValueError if the model's package has none."""
     name = model.packages[0] if model.parts else model.name  # all assemblies have the same script
     script = package_folder(model.packages[0]) / f"{name}_fmu.py"
     if not script.is_file():
@@ -165,7 +166,7 @@ def _build_facts(model: Model, guid: str) -> dict[str, object]:
 
 
 def _parts(model: Model) -> dict[str, tuple[str, int, int]]:
-    """Return the module with the kernels of each part of an assembly, and where its constants begin and end."""
+    """Return, for each part of an assembly, its kernels' module and the indices where its constants begin and end."""
     places, end = {}, 0
     for part in model.parts:
         kernel = getattr(part.model.step, "py_func", part.model.step)
@@ -175,6 +176,6 @@ def _parts(model: Model) -> dict[str, tuple[str, int, int]]:
 
 
 def _tool() -> tuple[str, str]:
-    """Return the tools that generate an FMU, with their versions, and the version of this project."""
+    """Return the names and versions of the tools that generate an FMU, and the version of this project."""
     version, of_pythonfmu = (importlib.metadata.version(name) for name in ("amb-cosim", "pythonfmu"))
     return f"amb-cosim {version} with PythonFMU {of_pythonfmu}", version

@@ -1,4 +1,4 @@
-"""terminalsAndIcons.xml of FMI 3.0: groups of variables that an importer connects at once."""
+"""Writes terminalsAndIcons.xml of FMI 3.0: groups of variables that an importer connects at once."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ NAME = "signals"
 def terminals(table: Interface) -> bytes:
     """Return the file with a single terminal: a bus of all inputs and outputs by name.
 
-    Outputs of this project's models are named after the inputs that they feed, so that connecting two such buses
-    connects the members that both have, an output to an input.
+    In this project's models, an output has the same name as the inputs that it feeds. Connecting two buses therefore
+    connects each output of one to the input of the same name in the other.
     """
     root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     bus = SubElement(

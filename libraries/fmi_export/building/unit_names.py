@@ -1,4 +1,4 @@
-"""Written-out names of units in upper and lower case, and symbols that are mistaken or ambiguous."""
+"""Written-out names of units in any case, and unit symbols that are ambiguous or in the wrong case."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _PRODUCT = re.compile(rf"({_OF_SI})((?:{_OF_SI})+)s?", re.IGNORECASE)
 
 
 def lower_case(name: str) -> str:
-    """Return a written-out name as it is usually written, and a product as its factors; other names are unchanged.
+    """Return a written-out name in its usual spelling, and a product as its factors; other names are unchanged.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def is_ambiguous(name: str) -> bool:
 
 
 def advice(unit: str) -> str:
-    """Return advice on ambiguous names, and on symbols in the wrong case such as `KN`; empty if there are none."""
+    """Return advice on ambiguous names and on symbols in the wrong case, such as `KN`; empty if none is needed."""
     names = re.findall(r"[^\W\d_]+", unit)
     ambiguous = [f"{name} may be {AMBIGUOUS[re.sub('s$', '', name.lower())]}" for name in names if is_ambiguous(name)]
     mistaken = []

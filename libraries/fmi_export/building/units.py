@@ -1,9 +1,9 @@
-"""Units: FMI base-unit exponents and conversions, by pint.
+"""Units: exponents of the FMI base units, and conversions with pint.
 
 Texts are converted in exact arithmetic and rounded once, so that `50 us`, `0.05 ms` and `5e-5 s` are the same number.
 
-Importing pint and reading its definitions takes longer than a run or a build (0.8 s). The SI units of models and the
-most common conversions are therefore listed here; pint is loaded for others.
+Importing pint and reading its definitions takes 0.8 s, longer than a run or a build. Therefore, the SI units of models
+and the most common conversions are listed here, and pint is loaded only for others.
 """
 
 from __future__ import annotations
@@ -142,12 +142,12 @@ DISPLAYED = {
 
 
 def display_unit(unit: str, name: str) -> dict[str, float]:
-    """Return `factor` and, if any, `offset` of a display unit: factor times a value in `unit` plus offset.
+    """Return the `factor` of a display unit and its `offset`, if any, by which values in `unit` are converted to it.
 
     Raises
     ------
     ValueError
-        If it is not a unit of the same dimension.
+        If `name` is not a unit of the same dimension as `unit`.
     """
     if (unit, name) == ("K", "degC"):
         return {"factor": 1.0, "offset": -273.15}
@@ -156,7 +156,7 @@ def display_unit(unit: str, name: str) -> dict[str, float]:
 
 @cache
 def registry(numbers: type = Fraction) -> pint.UnitRegistry:  # type: ignore[type-arg]
-    """Return pint's units with `Ohm`, `Torr` and the gauss of SI, which calculate with this type of number."""
+    """Return pint's units, with `Ohm`, `Torr` and the SI's gauss added; they calculate with this type of number."""
     import pint
 
     units: pint.UnitRegistry = pint.UnitRegistry(non_int_type=numbers)  # type: ignore[type-arg]
@@ -166,9 +166,9 @@ def registry(numbers: type = Fraction) -> pint.UnitRegistry:  # type: ignore[typ
 
 
 def parse_unit(unit: str, numbers: type = Fraction) -> pint.Unit:
-    """Return the unit of `registry` with these numbers for a unit in FMI notation.
+    """Return the unit of `registry(numbers)` for a unit in FMI notation.
 
-    `.` multiplies, a digit after a letter is an exponent.
+    In FMI notation, `.` denotes a product, and a digit after a letter is an exponent.
 
     Raises
     ------
@@ -194,14 +194,14 @@ def _shortened(text: str) -> str:
 
 
 def _plain(unit: str) -> str:
-    """Return a unit in FMI notation, with printed signs, hyphens of products (`oz-in`) and a leading `/` replaced."""
+    """Return a unit in FMI notation, with typographic signs, hyphens (`oz-in`) and a leading `/` replaced."""
     text = STOP.sub("", INITIALS.sub(lambda match: "".join(match.groups()).lower(), unit.strip()))
     text = re.sub(r"°(?![A-Za-z])", "deg", text.translate(SIGNS)).replace("‰", "permille")
     return re.sub(r"^/", "1/", re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", "*", text))
 
 
 def _spelled(match: re.Match[str]) -> str:
-    """Return a name with its exponent as pint spells it."""
+    """Return a unit name with its exponent, as pint spells them."""
     if is_ambiguous(match[1]):
         raise ValueError(f"{match[1]} is the name of several units")
     name, exponent = lower_case(match[1]), match[2] or ""
@@ -210,7 +210,7 @@ def _spelled(match: re.Match[str]) -> str:
 
 
 def base_unit(unit: str) -> dict[str, float | int]:
-    """Return the exponents of the FMI base units (kg, m, s, A, K, mol, cd, rad), and `factor` if it is not 1.
+    """Return a unit's exponents of the FMI base units (kg, m, s, A, K, mol, cd, rad), and its `factor` if not 1.
 
     Examples
     --------
@@ -235,7 +235,7 @@ def base_unit(unit: str) -> dict[str, float | int]:
 
 
 def _of_si(unit: str) -> dict[str, float | int] | None:
-    """Return the exponents of a product or quotient of `SI_UNITS` in FMI notation; None for anything else."""
+    """Return the exponents of a unit that is a product or quotient of `SI_UNITS` in FMI notation, else None."""
     quotient = QUOTIENT.fullmatch(unit)
     if quotient is None:
         return None
@@ -251,16 +251,16 @@ def _of_si(unit: str) -> dict[str, float | int] | None:
 
 
 def to_unit(text: str | float, unit: str, name: str) -> float:
-    """Convert `text` (`0.75 mm`, `25 g.m`, or a number without a unit, taken to be in `unit`) to a number in `unit`.
+    """Convert `text`, such as `0.75 mm` or `25 g.m`, to a number in `unit`, which is also its default unit.
 
-    A reciprocal time (Hz, 1/min, 1/s) converts to and from an angular velocity as a number of revolutions: 3000 1/min
-    are 50 Hz and 314 rad/s.
+    Reciprocal times (Hz, 1/min, 1/s) count revolutions if they are converted to or from an angular velocity. For
+    example, 3000 1/min are 50 Hz and 314 rad/s.
 
     Raises
     ------
     ValueError
-        If `text` is not a number, has an unknown unit or a unit of another dimension, or is too large or small for
-        calculations. Infinities and NaN are left to the caller.
+        If `text` is not a number, if its unit is unknown or has another dimension, or if the number is too large or too
+        small for calculations. Infinities and NaN are returned, so the caller must check for them.
 
     Examples
     --------
@@ -306,13 +306,13 @@ def _converted(text: str | float, unit: str, name: str) -> float:
 
 
 def _as_weights(unit: str, forces: Mapping[str, str]) -> str:
-    """Return a unit whose masses are replaced by their weights; `forces` maps a mass to its unit of force."""
+    """Return a unit in which weights replace masses; `forces` maps a unit of mass to its unit of force."""
     names = rf"(?<![^\W\d])({'|'.join(forces)})(?![^\W\d])"
     return re.sub(names, lambda match: forces[match[1].lower()], unit, flags=re.IGNORECASE)
 
 
 def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, what: str) -> float:
-    """Convert a number from `text_unit` to `unit`: `exact` if possible; pint takes logarithms (dB) of floats only."""
+    """Convert `exact` to `unit`, or `number` if pint requires a float, as it does for logarithmic units (dB)."""
     import pint
 
     def converted(value: float | Fraction) -> float | Fraction:
@@ -343,9 +343,9 @@ def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, w
 
 
 def _revolution(text_unit: str, unit: str) -> Fraction:
-    """Return 2 pi if `text_unit` is a reciprocal time and `unit` an angular velocity, 1/(2 pi) vice versa, or else 1.
+    """Return 2 pi for converting a reciprocal time to an angular velocity, 1/(2 pi) for the reverse, otherwise 1.
 
-    Pint treats a radian as 1, so 16 Hz would silently become a speed of 16 rad/s.
+    Because pint treats a radian as 1, 16 Hz would otherwise silently become a speed of 16 rad/s.
     """
     first, second = (
         {base: power for base, power in base_unit(text).items() if base != "factor"} for text in (text_unit, unit)

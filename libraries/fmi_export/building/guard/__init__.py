@@ -1,1 +1,1 @@
-"""The guard of FMUs of flavour python: a library in front of PythonFMU's that rejects calls which it cannot handle."""
+"""The guard in FMUs of flavour python: a library that rejects calls that PythonFMU's library cannot handle."""

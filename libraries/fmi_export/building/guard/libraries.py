@@ -1,4 +1,4 @@
-"""Guards: the native slave with kernels that PythonFMU's library calls, the same for every model on a platform."""
+"""Guards: the native slave, whose kernels PythonFMU's library calls; one guard per platform serves all models."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SYSTEMS = {"linux64": "linux.c", "win64": "windows.c"}
 
 
 def guard_key() -> str:
-    """Return an identifier, 32 hexadecimal digits, that changes only with the code of the guard."""
+    """Return an identifier of 32 hexadecimal digits that changes only if the code of the guard changes."""
     return digest_of(SYSTEMS, *SLAVE, *_beside(*SOURCES, *SYSTEMS.values()), *COMPILING)
 
 
@@ -27,7 +27,7 @@ def guard(platform: str) -> Engine:
     Raises
     ------
     ValueError
-        If it must be compiled, and no compiler is installed.
+        If the guard must be compiled, but no compiler is installed.
     """
     return find_or_compile(guard_place(platform), lambda: _compile(platform))
 
@@ -43,7 +43,7 @@ def check_guarded(platforms: Iterable[str]) -> list[str]:
     Raises
     ------
     ValueError
-        If PythonFMU has no library for a platform.
+        If no platform is given, or PythonFMU has no library for one of them.
     """
     wanted = set(platforms)
     unknown = sorted(wanted - {*SYSTEMS, "all"})

@@ -1,1 +1,1 @@
-"""The native flavour: from a model's kernels to an FMU that needs no Python, for five platforms."""
+"""The native flavour: builds an FMU that needs no Python from a model's kernels, for five platforms."""

@@ -1,4 +1,4 @@
-"""Compiles sources to shared libraries for every platform, and to WebAssembly, with the C compiler of `ziglang`."""
+"""Compiles sources, with `ziglang`'s C compiler, to shared libraries for every platform and to WebAssembly."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def host_platform() -> str:
     Raises
     ------
     ValueError
-        If no native FMU exists for it.
+        If native FMUs do not support this machine.
     """
     here = (sys.platform, platform.machine().lower())
     names = {
@@ -87,12 +87,12 @@ def host_platform() -> str:
 
 
 def check_platforms(platforms: Iterable[str]) -> list[str]:
-    """Return `platforms` without repetition, in the order of `TARGETS`; `all` means every one of `PLATFORMS`.
+    """Return `platforms` without repetition and in the order of `TARGETS`; `all` stands for all `PLATFORMS`.
 
     Raises
     ------
     ValueError
-        If none is given, or one is unknown.
+        If no platform is given, or one is unknown.
     """
     wanted = set(platforms)
     unknown = sorted(wanted - {*TARGETS, "all"})
@@ -103,12 +103,12 @@ def check_platforms(platforms: Iterable[str]) -> list[str]:
 
 
 def compile_library(name: str, sources: Mapping[str, str], target_platform: str) -> bytes:
-    """Compile sources (C, LLVM assembly, headers; by file name) to the shared library `name` for one of `TARGETS`.
+    """Compile sources, given by file name, to the shared library `name` for one of `TARGETS`.
 
     Raises
     ------
     ValueError
-        If the compiler is missing, its LLVM version differs from numba's, or it rejects the sources.
+        If the compiler is missing, if its LLVM version differs from numba's, or if it rejects the sources.
     """
     check_compiler()
     suffix, targets = TARGETS[target_platform]
@@ -133,7 +133,7 @@ def check_compiler() -> str:
     Raises
     ------
     ValueError
-        If it is missing, or its LLVM version differs from numba's.
+        If `ziglang` is missing, or its LLVM version differs from numba's.
     """
     require_extra("native", "compiling an engine", "ziglang")
     ours = int(importlib.import_module("llvmlite.binding").llvm_version_info[0])
@@ -163,7 +163,7 @@ def _zig(arguments: list[str], folder: Path) -> str:
 
 
 def _cache(folder: Path) -> dict[str, str]:
-    """Return zig's cache setting: none if the usual cache is private, otherwise a path in `folder`."""
+    """Return the environment variable for zig's cache, a path in `folder`; empty if the usual cache is private."""
     usual = platformdirs.user_cache_path("zig", appauthor=False)
     with suppress(OSError):
         usual.mkdir(parents=True, exist_ok=True)

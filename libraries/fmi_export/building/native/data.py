@@ -1,4 +1,4 @@
-"""Writes the data of an FMU: variable table, constants and sentences, as `data.h` describes them."""
+"""Writes the data of an FMU (variable table, constants and sentences) in the format that `data.h` describes."""
 
 from __future__ import annotations
 
@@ -27,16 +27,18 @@ def model_data(model: Model, constants: Array, guid: str, key: str, kernels: int
     Parameters
     ----------
     model, constants
-        The model and its constants, flat float64; for an assembly, the constants of its parts.
+        The model and its constants, a flat float64 array. For an assembly, these are the constants of its parts.
     guid
         Guid of the FMU.
     key, kernels
-        Key of the engine that runs it, see `engines.engine_key`, and number of the model among its `compiled` ones.
+        Key of the engine that runs the FMU (see `engines.engine_key`), and index of the model among the engine's
+        models.
 
     Raises
     ------
     ValueError
-        If the sentence of a fault names an unknown variable, a sentence is too long, or an array of FMI 3.0 is invalid.
+        If the sentence of a fault names an unknown variable, if a sentence is too long, or if an array of FMI 3.0 is
+        invalid.
     """
     table, texts = model.interface, _Texts(model.name)
     described = zip(table.variables, lengths(table), strict=True)
@@ -69,7 +71,7 @@ SENTENCE = struct.Struct("<qII")
 
 
 class _Texts:
-    """All texts without repetition, each with a final zero."""
+    """All texts of the data, without repetition, each terminated by a zero byte."""
 
     def __init__(self, model: str) -> None:
         self.model = model
@@ -83,14 +85,14 @@ class _Texts:
         return self._places[text]
 
     def check(self, sentence: str, numbers: int) -> None:
-        """Raise a ValueError for a sentence that the engine would truncate."""
+        """Raise a ValueError if the engine would truncate a sentence."""
         size = len(sentence.encode()) + NUMBER * numbers
         if size > ROOM:
             raise ValueError(f"{self.model}: an FMU has {ROOM} bytes for a sentence; {size} are too many: {sentence}")
 
 
 def sizes(model: Model, constants: Array) -> tuple[int, int]:
-    """Return the sizes of state and work array of a model, 1 or more; for an assembly as `assembly.c` stores them."""
+    """Return the sizes (1 or more) of a model's state and work array; an assembly's are as in `assembly.c`."""
     if not model.parts:
         return _size(model.n_state, constants), _size(model.n_work, constants)
     n_state, n_work = 2, 0  # a clock
@@ -104,7 +106,7 @@ def sizes(model: Model, constants: Array) -> tuple[int, int]:
 
 
 def linear_state_file(model: Model, constants: Array) -> dict[str, bytes]:
-    """Return the file about the linear part of the state, by its name in an FMU; none if it is unknown."""
+    """Return the file that describes the linear part of the state, by its path; empty if that part is unknown."""
     if model.linear_state is None:
         return {}
     places = {"size": sizes(model, constants)[0], **model.linear_state(constants)._asdict()}
@@ -120,7 +122,7 @@ def _even(size: int) -> int:
 
 
 def _wired(model: Model, wiring: Wiring, guid: str, key: str, texts: _Texts) -> bytes:
-    """Return the constants of an assembly: its wiring, headers of its parts, tables, and the data of each part."""
+    """Return the constants of an assembly: its wiring, the headers of its parts, tables, and the data of each part."""
     counts = len(wiring.sources), len(wiring.ramps), len(wiring.gathered)
     time = wiring.sample_time
     fixed, parameter = (0.0, model.interface.position[time]) if isinstance(time, str) else (time, -1)
@@ -138,7 +140,7 @@ def _wired(model: Model, wiring: Wiring, guid: str, key: str, texts: _Texts) -> 
 
 
 def _padded(content: bytes) -> bytes:
-    """Return the bytes, padded with zeros to a multiple of 16."""
+    """Return the bytes, padded with zeros to a length that is a multiple of 16."""
     return content.ljust(-(-len(content) // 16) * 16, b"\0")
 
 
@@ -152,7 +154,7 @@ def _variable(v: Variable, length: int, texts: _Texts) -> bytes:
 
 
 def _sentences(model: Model, sentences: Mapping[int, str], pieces: list[bytes], texts: _Texts) -> bytes:
-    """Return the packed sentences of faults or warnings, by number, and append their parts to `pieces`."""
+    """Return the packed sentences of numbered faults or warnings, and append their parts to `pieces`."""
     position = {**model.interface.position, STEP_SIZE: -2, "": -1}
     packed: list[bytes] = []
     for number, sentence in sentences.items():

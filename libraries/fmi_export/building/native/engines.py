@@ -1,7 +1,7 @@
-"""Engines: the machine code of models for a platform, independent of interface and constants.
+"""Engines: the machine code of models for a platform, which does not depend on interface and constants.
 
-An engine is the slave in C and the two lowered kernels of a model, or of each model of an assembly. It is shipped in
-the installed package, taken from the user's cache, or compiled when it is needed.
+An engine consists of the slave in C and the two lowered kernels of a model or, for an assembly, of each model in it. It
+is taken from the installed package or from the user's cache; if neither contains it, it is compiled.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Engine:
 
     @classmethod
     def read(cls, folder: Path) -> Engine:
-        """Return the engine in a folder that `write` made."""
+        """Return the engine from a folder that `write` made."""
         return cls((folder / LIBRARY).read_bytes(), (folder / MADE_BY).read_text(encoding="utf-8"))
 
     def write(self, folder: Path) -> None:
@@ -66,7 +66,7 @@ class Engine:
 
 
 def engine_key(models: Sequence[Kernels]) -> str:
-    """Return an identifier, 32 hexadecimal digits, that changes only with the code of kernels and slave.
+    """Return an identifier of 32 hexadecimal digits that changes only if the code of the kernels or the slave changes.
 
     Computing it requires neither numba nor the C compiler.
     """
@@ -74,20 +74,20 @@ def engine_key(models: Sequence[Kernels]) -> str:
 
 
 def engine(models: Sequence[Kernels], platform: str) -> Engine:
-    """Return the engine of models for one of `TARGETS`.
+    """Return the engine of these models for one of `TARGETS`.
 
     Raises
     ------
     ValueError
-        If it must be compiled, and a compiler is missing or a kernel needs Python when it runs.
+        If the engine must be compiled, but a compiler is missing, or a kernel needs Python when it runs.
     """
     return find_or_compile(engine_place(models, platform), lambda: _compile(models, platform))
 
 
 def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
-    """Return the shipped or cached library at a relative path; if there is none, compile and cache it.
+    """Return the shipped or cached engine at a relative path; if there is none, compile it and cache it.
 
-    Damaged libraries are ignored.
+    Damaged engines are ignored.
     """
     result = _existing(place)
     if result is not None:
@@ -102,7 +102,7 @@ def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
 
 
 def engine_at_hand(models: Sequence[Kernels], platform: str) -> Engine | None:
-    """Return the engine of models if it is shipped or cached; nothing is compiled."""
+    """Return the engine of these models if it is shipped or cached, otherwise None; nothing is compiled."""
     return _existing(engine_place(models, platform))
 
 
@@ -121,12 +121,12 @@ def engine_place(models: Sequence[Kernels], platform: str) -> Path:
 
 
 def engine_sources(models: Sequence[Kernels]) -> dict[str, str]:
-    """Return the sources of an engine by file name: the slave, the key, the lowered kernels of each model."""
+    """Return the sources of an engine by file name: the slave, the key, and the lowered kernels of each model."""
     return texts_of(C_SOURCES) | key_header(models) | {f"{m.name}.ll": lowered_kernels(m) for m in models}
 
 
 def key_header(models: Sequence[Kernels]) -> dict[str, str]:
-    """Return the header with an engine's key and the names of its models."""
+    """Return the header that contains an engine's key and the names of its models, by file name."""
     named = "".join(f" M({model.name})" for model in models)
     return {"engine_key.h": f'#define ENGINE_KEY "{engine_key(models)}"\n#define MODELS(M){named}\n'}
 
@@ -149,7 +149,7 @@ def _compile(models: Sequence[Kernels], platform: str) -> Engine:
 
 
 def _lowered(model: Kernels) -> str:
-    """Return the lowered kernels, from the user's cache if possible; all platforms share them."""
+    """Return the lowered kernels, from the user's cache if possible; they are the same for all platforms."""
     facts = [_kernels(model), _versions("numba", "llvmlite"), machine()]
     folder = _cache() / f"kernels-{model.name}-{digest_of(facts, *LOWERING)}"
     with compiling(folder, f"the kernels of {model.name}"):
@@ -162,7 +162,7 @@ def _lowered(model: Kernels) -> str:
 
 
 def _kernels(model: Kernels) -> list[object]:
-    """Return the facts that the machine code of the kernels depends on."""
+    """Return the facts on which the machine code of the kernels depends."""
     functions = [getattr(kernel, "py_func", kernel) for kernel in (model.initialise, model.step)]
     return [model.name, [f"{f.__module__}.{f.__qualname__}" for f in functions], digests(model.packages)]
 

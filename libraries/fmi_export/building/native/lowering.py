@@ -1,8 +1,8 @@
-"""Lowers the two kernels of a model to one LLVM module that calls only the C library's mathematics.
+"""Lowers the two kernels of a model to one LLVM module, which calls only mathematical functions of the C library.
 
-numba compiles for the host's processor; a separate process therefore compiles the kernels again for a generic
-processor. Kernels are compiled without numba's run-time system: they count no references and cannot allocate. The
-exceptions that numba leaves in the code lose their text; the status that a kernel returns reports them.
+Because numba compiles for the host's processor, a separate process compiles the kernels again for a generic processor.
+Kernels are compiled without numba's run-time system, so they count no references and cannot allocate. The exceptions
+that numba leaves in the code lose their text; they are reported by the status that a kernel returns.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ RARELY = (100_000, 50, 1000)  # thresholds of the garbage collector; by default 
 
 
 class Kernels(Protocol):
-    """The parts of a model that its machine code depends on; see `Model`."""
+    """The attributes of a model on which its machine code depends; see `Model`."""
 
     @property
     def name(self) -> str: ...
@@ -62,7 +62,7 @@ class Kernels(Protocol):
 
 
 def lower(model: Kernels) -> str:
-    """Return the LLVM assembly of `kernel_initialise` and `kernel_step`, for no specific target.
+    """Return the LLVM assembly of `kernel_initialise` and `kernel_step`, which is not specific to any target.
 
     `int32_t kernel_step(int64_t *fault, void **exception, double *constants, int64_t n_constants, ..., double time,
     double step_size)` takes each array as address and size and returns 0 unless the kernel raised an exception.
@@ -93,7 +93,7 @@ def lower(model: Kernels) -> str:
 
 
 def _place(name: str, kernel: Any) -> tuple[str, str]:
-    """Return the module and name by which another process finds a kernel."""
+    """Return the module and the name by which another process can find a kernel."""
     if not hasattr(kernel, "py_func"):
         raise ValueError(f"{name} cannot be built without Python: its kernels are not compiled; install numba")
     module, function = kernel.py_func.__module__, kernel.py_func.__qualname__
@@ -119,7 +119,7 @@ def main() -> None:
 
 
 def _single_line(error: Exception) -> str:
-    """Return numba's message in a single line; for code that requires its run-time system, the place of that code."""
+    """Return numba's message in a single line; if code requires its run-time system, return the place of the code."""
     text = " ".join(str(error).split()) or repr(error)
     if "NRT required" not in text and "Only accept returning of array" not in text:
         return text
@@ -152,7 +152,7 @@ def _step_entry(kernel: Callable[..., int]) -> Any:
 
 
 def without_python(entries: list[Any]) -> str:
-    """Return the LLVM assembly of compiled entries (`numba.cfunc`), named `ENTRIES`, without Python runtime calls.
+    """Return the LLVM assembly of compiled entries (`numba.cfunc`), renamed to `ENTRIES` and free of calls to Python.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def without_python(entries: list[Any]) -> str:
 
 
 def _shorten_names(assembly: str) -> str:
-    """Replace long names of blocks and values by numbers: inlined ones contain the name of their function."""
+    """Replace long names of blocks and values; names in inlined code are long because they contain the function's."""
     names: dict[str, str] = {}
     return re.sub(
         r'(?<=%)[-\w$.]{100,}|^[-\w$.]{100,}(?=:)|(?<=%)"[^"\n]{100,}"|^"[^"\n]{100,}"(?=:)',
@@ -205,7 +205,7 @@ def _remove_runtime(assembly: str) -> str:
 
 
 def _keep_entries_only(module: Any, llvm: Any) -> None:
-    """Make everything except the entries private, and drop unreachable code."""
+    """Make everything except the entries private, and remove unreachable code."""
     for function in module.functions:
         if not function.is_declaration:
             retained = function.name in ENTRIES
@@ -227,7 +227,7 @@ def _keep_entries_only(module: Any, llvm: Any) -> None:
 
 
 def _keep_apart(module: Any) -> None:
-    """Prevent kernels of `KERNELS_APART` from becoming part of their callers."""
+    """Prevent the kernels in `KERNELS_APART` from being inlined into their callers."""
     mangled = ["".join(f"{len(part)}{part}" for part in parts) + "B" for parts in KERNELS_APART]
     for function in module.functions:
         if not function.is_declaration and any(name in function.name for name in mangled):

@@ -1,4 +1,4 @@
-"""A native FMU: description, engines and data in a single archive, with the same bytes for the same sources."""
+"""A native FMU: description, engines and data in a single archive; the same sources give the same bytes."""
 
 from __future__ import annotations
 
@@ -52,20 +52,20 @@ def native_fmu(
     model
         The model to export.
     constants
-        Its constants, flat float64.
+        Constants of the model, a flat float64 array.
     platforms
-        FMI names of the platforms, or `all`; default: this machine's. See `compiler.TARGETS`.
+        FMI names of the platforms, or `all`; by default, the platform of this machine. See `compiler.TARGETS`.
     fmi
-        Version of FMI: 2.0 or 3.0. The engine, the data except the guid, and the results are the same for both.
+        Version of FMI, 2.0 or 3.0. Both have the same engine, the same results, and the same data except the guid.
     arrays
         Whether an FMU of FMI 3.0 has array variables; otherwise each element is a variable, as in FMI 2.0.
     sources
-        Whether it includes its C code, for platforms without a library; see `portable`.
+        Whether the FMU contains its C code, for platforms without a library; see `portable`.
 
     Raises
     ------
     ValueError
-        If a platform is unknown, a message of the model is invalid, or an engine cannot be compiled.
+        If a platform is unknown, if a message of the model is invalid, or if an engine cannot be compiled.
     """
     if fmi == 3 and not arrays:
         model = without_arrays(model)
@@ -92,7 +92,7 @@ def native_fmu(
 
 
 def native_guid(model: Model, constants: Array, fmi: Fmi = 2) -> str:
-    """Return an identifier that changes with interface, code (including the slave), constants and FMI version."""
+    """Return an identifier that depends on interface, code (including the slave), constants and FMI version."""
     return guid_of(model, constants, f"native {'FMI 3.0 ' if fmi == 3 else ''}{engine_key(model.compiled)}")
 
 

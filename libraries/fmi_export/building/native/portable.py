@@ -1,9 +1,9 @@
-"""The C code of an FMU for targets without a shipped library; any C99 compiler can build it.
+"""The C code of an FMU, for targets without a shipped library; any C99 compiler can build it.
 
-It is the code of the engine with the kernels translated to C (`c99`), in the folder `sources`, and makes the same FMU
-with the same resources. Function names begin with the model identifier, as FMI requires of source code, so that FMUs of
-several models can be linked into a program. For a shared library, define FMI2_OVERRIDE_FUNCTION_PREFIX or
-FMI3_OVERRIDE_FUNCTION_PREFIX.
+The folder `sources` contains the code of the engine, with the kernels translated to C (`c99`). Compiled, it gives the
+same FMU with the same resources. Function names begin with the model identifier, as FMI requires for source code, so
+that FMUs of several models can be linked into one program. To build a shared library, define
+FMI2_OVERRIDE_FUNCTION_PREFIX or FMI3_OVERRIDE_FUNCTION_PREFIX.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def portable_sources(model: Model, fmi: Literal[2, 3]) -> dict[str, str]:
     Raises
     ------
     ValueError
-        If the kernels must be lowered and numba is missing, or they contain code without a counterpart in C.
+        If the kernels must be lowered but numba is missing, or if they contain code without a counterpart in C.
     """
     if fmi == 3:
         files = [name for name in (*SLAVE, *SLAVE3) if "fmi2" not in name]
@@ -47,12 +47,12 @@ def portable_sources(model: Model, fmi: Literal[2, 3]) -> dict[str, str]:
 
 
 def compiled_files(code: Iterable[str]) -> list[str]:
-    """Return the files to compile."""
+    """Return the names of the files to compile."""
     return sorted(name for name in code if name.endswith(".c"))
 
 
 def build_description(model: Model, code: Iterable[str]) -> bytes:
-    """Return buildDescription.xml of FMI 3.0, the build instructions."""
+    """Return buildDescription.xml, which contains the build instructions of FMI 3.0."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = SubElement(root, "BuildConfiguration", modelIdentifier=model.name)
     files = SubElement(configuration, "SourceFileSet", language="C99", compiler=COMPILER, compilerOptions=OPTIONS)
@@ -71,7 +71,7 @@ def build_description(model: Model, code: Iterable[str]) -> bytes:
 
 
 def _functions(headers: dict[str, str]) -> list[str]:
-    """Return the functions that files of the slave share."""
+    """Return the names of the functions that files of the slave share."""
     return sorted({f for name, text in headers.items() if not name.startswith("fmi") for f in DECLARED.findall(text)})
 
 

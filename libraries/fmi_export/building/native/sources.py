@@ -1,4 +1,4 @@
-"""C sources in this folder: their text, and a hash of the files and facts of a build."""
+"""The C sources in this folder: their texts, and a hash of the files and facts of a build."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ FOLDER = Path(__file__).parent
 
 
 def digest_of(facts: object, *files: str) -> str:
-    """Return a hash, 32 hexadecimal digits, of facts and of files, whose names are relative to this folder."""
+    """Return a hash of 32 hexadecimal digits for facts and files; file names are relative to this folder."""
     sha = hashlib.sha256(json.dumps(facts).encode())
     for name in files:
         sha.update(name.encode() + b"\0" + (FOLDER / name).read_bytes() + b"\0")
@@ -19,5 +19,5 @@ def digest_of(facts: object, *files: str) -> str:
 
 
 def texts_of(files: Sequence[str]) -> dict[str, str]:
-    """Return the text of files of this folder by their names without folders."""
+    """Return the texts of files of this folder, by their names without subfolders."""
     return {Path(name).name: (FOLDER / name).read_text(encoding="utf-8") for name in files}

@@ -1,4 +1,4 @@
-"""Joins macOS libraries for two processors into a universal library: a header with offsets, then both."""
+"""Joins macOS libraries for two processors into a universal library: a header with offsets, then both libraries."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ ALIGNMENT = 14  # power of two: a page of 16 kB
 
 
 def universal(slices: list[bytes]) -> bytes:
-    """Return a universal Mach-O file of single-processor 64-bit ones; its header and table are big-endian.
+    """Join 64-bit Mach-O files, each for one processor, into a universal file; its header and table are big-endian.
 
     Raises
     ------
     ValueError
-        If either is not a 64-bit Mach-O file.
+        If a file is not a 64-bit Mach-O file.
     """
     table, body = b"", b""
     offset = start = _aligned(8 + 20 * len(slices))

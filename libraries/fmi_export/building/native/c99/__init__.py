@@ -1,1 +1,1 @@
-"""Kernels as C99: LLVM assembly is read, and written again as C."""
+"""Kernels as C99: reads LLVM assembly and translates it to C."""

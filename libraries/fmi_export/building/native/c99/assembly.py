@@ -1,8 +1,8 @@
-"""Reads LLVM assembly, as `lowering` writes it: types, constants, operands, functions with their blocks.
+"""Reads LLVM assembly as `lowering` writes it: types, constants, operands, and functions with their blocks.
 
-It supports only the types that kernels use: integers of 1, 8, 16, 32 and 64 bits, double, addresses, arrays and
-structures of these. Anything else raises a ValueError that names it. Attributes and metadata are skipped, because they
-only permit optimisations.
+The only supported types are those that kernels use: integers of 1, 8, 16, 32 and 64 bits, double, addresses, and arrays
+and structures of these. Anything else raises a ValueError that names it. Attributes and metadata are skipped, because
+they only permit optimisations.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ class Type:
 
     @property
     def is_aggregate(self) -> bool:
-        """Whether it is an array or a structure."""
+        """Whether the type is an array or a structure."""
         return self.kind in ("array", "struct")
 
     @property
     def width(self) -> int:
-        """Number of bits of an integer; 0 for another type."""
+        """Number of bits of an integer; 0 for any other type."""
         return int(self.kind[1:]) if self.kind[0] == "i" else 0
 
     @property
@@ -45,7 +45,7 @@ class Type:
 
     @property
     def size(self) -> int:
-        """Size in memory (bytes); an address has eight on every target."""
+        """Size in memory (bytes); an address has eight bytes on every target."""
         if not self.is_aggregate:
             return self.alignment
         end = self.offsets[-1] + self.elements[-1].size if self.elements else 0
@@ -62,7 +62,7 @@ class Type:
         return result
 
     def leaves(self, start: int = 0) -> Iterator[tuple[int, Type]]:
-        """Yield the offset (bytes) and the type of each scalar in it."""
+        """Yield the offset (bytes) and the type of each scalar that the type contains."""
         if not self.is_aggregate:
             yield start, self
         for offset, element in zip(self.offsets if self.is_aggregate else (), self.elements, strict=True):
@@ -81,7 +81,7 @@ Scalar = int | float | str | None
 
 @dataclass(frozen=True)
 class Value:
-    """An operand: the name of a value, or the constants of its scalars."""
+    """An operand: the name of a value, or constants for its scalars."""
 
     type: Type
     name: str = ""
@@ -96,7 +96,7 @@ class Block:
 
 @dataclass
 class Function:
-    """A function with its blocks; a declaration has none."""
+    """A function with its blocks; a declaration has no blocks."""
 
     name: str
     is_internal: bool
@@ -107,7 +107,7 @@ class Function:
 
 @dataclass(frozen=True)
 class GlobalVariable:
-    """A constant of the module, whose scalars lie in sequence."""
+    """A constant of the module; its scalars are stored in sequence."""
 
     name: str
     value: Value
@@ -132,7 +132,7 @@ class Line:
 
     @property
     def next(self) -> str:
-        """The next word, empty at the end."""
+        """The next word, or an empty text at the end."""
         return self._words[self._at] if self._at < len(self._words) else ""
 
     def word(self) -> str:
@@ -141,14 +141,14 @@ class Line:
         return result
 
     def take(self, word: str) -> bool:
-        """Read the next word if it is this one; return whether it was read."""
+        """Read the next word if it equals `word`; return whether it was read."""
         if self.next == word:
             self._at += 1
             return True
         return False
 
     def skip(self, *words: str) -> None:
-        """Skip any of these words."""
+        """Skip the following words as long as they are among these."""
         while self.next in words:
             self._at += 1
 
@@ -198,14 +198,14 @@ class Line:
             raise ValueError(f"expected {word!r} before {self.next!r} in the assembly: {self.text}")
 
     def typed(self) -> Value:
-        """Return an operand with its type before it."""
+        """Read a type and an operand of this type; return the operand."""
         self.attributes()
         kind = self.type()
         self.attributes()
         return self.value(kind)
 
     def value(self, kind: Type) -> Value:
-        """Return an operand of a type."""
+        """Read an operand of a given type, and return it."""
         if self.next.startswith("%"):
             return Value(kind, self.word())
         return Value(kind, constants=tuple(self._constants(kind)))
@@ -238,7 +238,7 @@ class Line:
             raise ValueError(f"constant {word!r} has no counterpart in C here: {self.text}")
 
     def values(self) -> list[Value]:
-        """Return the typed operands of a list in round brackets."""
+        """Read a list of typed operands in round brackets, and return the operands."""
         self._expect("(")
         result = []
         while not self.take(")"):
@@ -253,7 +253,7 @@ def read_module(assembly: str) -> tuple[list[GlobalVariable], list[Function]]:
     Raises
     ------
     ValueError
-        If it contains something that this module does not support.
+        If the assembly contains something that this reader does not support.
     """
     variables, functions = [], []
     lines = iter(assembly.splitlines())

@@ -1,4 +1,4 @@
-"""Calls of LLVM in C: of functions of the module, of C's mathematical library, and of intrinsics."""
+"""Translates LLVM's calls to C: calls of the module's functions, of C's mathematical library, and of intrinsics."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def write_call(body: FunctionBody, line: Line) -> None:
     Raises
     ------
     ValueError
-        If it calls an intrinsic without a counterpart.
+        If the call is to an intrinsic that has no counterpart in C.
     """
     line.skip(*FLAGS)
     line.attributes()

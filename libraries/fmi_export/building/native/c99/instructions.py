@@ -1,6 +1,7 @@
-"""Instructions of LLVM in C, except branches and calls: each function reads a line and writes C.
+"""Translates LLVM's instructions to C, except branches and calls: each function reads a line and writes C.
 
-Floating-point operations map one to one to those of C. Integers wrap around, and a shift counts modulo their width.
+Floating-point operations are mapped one to one to those of C. Integers wrap around, and shift counts are taken modulo
+the width of the integer.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def write(body: FunctionBody, opcode: str, line: Line) -> None:
     Raises
     ------
     ValueError
-        If it has no counterpart.
+        If the instruction has no counterpart in C.
     """
     if opcode in OPCODES:
         OPCODES[opcode](body, line)
@@ -49,7 +50,7 @@ def write(body: FunctionBody, opcode: str, line: Line) -> None:
 
 
 def _pair(line: Line) -> tuple[Value, Value]:
-    """Return two operands of the same type, which is written only before the first."""
+    """Read two operands of the same type, which is written only before the first, and return them."""
     left = line.typed()
     line.take(",")
     return left, line.value(left.type)
@@ -88,7 +89,11 @@ def _compare(body: FunctionBody, line: Line) -> None:
 
 
 def _compare_reals(body: FunctionBody, line: Line) -> None:
-    """Write a comparison; with NaN, ordered ones are false, unordered ones are true, and C's are false except `!=`."""
+    """Write a comparison of real numbers.
+
+    If an operand is NaN, ordered comparisons are false and unordered ones are true, whereas all comparisons of C are
+    false except `!=`.
+    """
     line.skip(*FLAGS)
     order = line.word()
     a, b = map(body.scalar, _pair(line))
@@ -149,7 +154,7 @@ CONVERSIONS: dict[str, Callable[[FunctionBody, Value, Type], str]] = {
 
 
 def _address_of_element(body: FunctionBody, line: Line) -> None:
-    """Write the address a + i size + ...; the first index counts whole elements, the others lead into an element."""
+    """Write the address a + i size + ...; the first index counts elements, the others select parts of an element."""
     kind = line.type()
     line.take(",")
     terms, offset, is_first = [body.scalar(line.typed())], 0, True
@@ -170,7 +175,7 @@ def _address_of_element(body: FunctionBody, line: Line) -> None:
 
 
 def _constant_index(index: Value) -> int | None:
-    """Return an index with its sign, if it is a constant."""
+    """Return a constant index as a signed number, or None if the index is not a constant."""
     if not index.constants:
         return None
     number, half = int(index.constants[0] or 0), 1 << (index.type.width - 1)
@@ -237,7 +242,7 @@ def _insert(body: FunctionBody, line: Line) -> None:
 
 
 def _part(kind: Type, line: Line) -> tuple[int, Type]:
-    """Return the number of the first scalar of a part, and the part's type."""
+    """Return the position of a part's first scalar, and the type of the part."""
     start = 0
     while line.take(","):
         index = int(line.word())

@@ -1,9 +1,10 @@
 """Translates LLVM assembly to C99, for targets without a compiled library.
 
-Each function becomes a C function, each block a label, each branch a `goto`. A phi, whose value depends on where
-control comes from, has two variables: each branch to its block writes the first, and the block begins by copying the
-first of every phi to the second, since they change at once. `instructions.py` and `calls.py` translate instructions,
-`values.py` values, and `translated.h` contains the macros of the generated code.
+Each function becomes a C function, each block a label, and each branch a `goto`. A phi, whose value depends on the
+block from which control comes, has two variables. Each branch to its block writes the first variable, and the block
+begins by copying the first variable of each phi to the second, because all phis of a block change at once.
+`instructions.py` and `calls.py` translate instructions, `values.py` translates values, and `translated.h` contains the
+macros of the generated code.
 
 Floating-point operations keep the order of the assembly and call C's mathematical library. If the compiler neither
 contracts nor reorders them, the results equal those of LLVM's machine code bit by bit. Vectors are not supported;
@@ -38,14 +39,14 @@ FIRST = " first"  # ends the name of a phi's first variable
 
 
 def to_c(assembly: str) -> str:
-    """Return the text of a C file with the functions of a module, to be compiled beside `translated.h`.
+    """Return the text of a C file with the functions of a module; the file includes `translated.h`.
 
     A function that is not internal has the parameters of its machine code: `void *`, `int64_t`, `double` and so on.
 
     Raises
     ------
     ValueError
-        If the assembly contains something without a counterpart in C; the message shows the line.
+        If the assembly contains something that has no counterpart in C; the message shows the line.
     """
     variables, functions = read_module(assembly)
     names = {v.name: f"table_{k}" for k, v in enumerate(variables)}
@@ -78,12 +79,12 @@ def _head(function: Function, names: Mapping[str, str]) -> str:
 
 
 def _outside(kind: Type) -> str:
-    """Return the type of a scalar in the signature for callers in other files."""
+    """Return the C type of a scalar in a signature that callers in other files use."""
     return "void *" if kind == POINTER else c_type(kind).replace("uint", "int")
 
 
 class _Translation:
-    """The translation of a function: its parameters, then its blocks and the branches between them."""
+    """The translation of a function: first its parameters, then its blocks and the branches between them."""
 
     def __init__(self, function: Function, names: Mapping[str, str]) -> None:
         self._function, self._body = function, FunctionBody(function, names)
@@ -149,7 +150,7 @@ class _Translation:
             out("return;" if self._function.returns == VOID else "return 0;")
 
     def _go(self, line: Line, origin: Block) -> str:
-        """Return the statements that lead from a block to the next label's block: copies to its phis, and a goto."""
+        """Return the statements of a branch to another block: assignments to the phis of that block, and a goto."""
         line.skip(",", "label")
         target, steps = line.word(), []
         for name, kind, sources in self._read_phis(target):

@@ -1,7 +1,7 @@
 """The values of a function in C: their variables and constants.
 
-An SSA value is a variable that is written once. An array or structure value (not in memory) is one variable per scalar.
-Undefined values of LLVM (`undef`, `poison`) are zero.
+An SSA value becomes a variable that is written once. A value that is an array or a structure (not in memory) becomes
+one variable per scalar. LLVM's undefined values (`undef`, `poison`) become zero.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ HAS_EFFECT = re.compile(r"^(%\S+ = )?((tail|musttail|notail) )?(call|invoke|atom
 
 
 def c_type(kind: Type) -> str:
-    """Return the type of a scalar within a function; integers are unsigned."""
+    """Return the C type of a scalar within a function; integers are unsigned."""
     if kind.width == 1:
         return "bool"
     return f"uint{kind.width}_t" if kind.width else {"ptr": "address"}.get(kind.kind, kind.kind)
 
 
 def constant(kind: Type, number: Scalar) -> str:
-    """Return a number in C."""
+    """Return a constant as C."""
     if kind == DOUBLE:
         x = 0.0 if number is None else float(number)
         if not math.isfinite(x):
@@ -38,7 +38,7 @@ def constant(kind: Type, number: Scalar) -> str:
 
 
 class FunctionBody:
-    """The lines of a function in C, the variables that they use, and which of them are read."""
+    """The C lines of a function, the variables that they use, and how often values are read."""
 
     def __init__(self, function: Function, functions: Mapping[str, str]) -> None:
         self.functions = functions
@@ -52,7 +52,7 @@ class FunctionBody:
         self.lines.append(f"    {text}")
 
     def declarations(self) -> list[str]:
-        """Return the declarations at the beginning of the function."""
+        """Return the declarations of variables for the beginning of the function."""
         return [
             f"    {kind} {', '.join(names[k : k + IN_A_LINE])};"
             for kind, names in self._declared.items()
@@ -60,17 +60,17 @@ class FunctionBody:
         ]
 
     def is_read(self, name: str) -> bool:
-        """Whether anything reads a value."""
+        """Return whether anything reads a value."""
         return self._uses[name] > 0
 
     def is_needed(self, line: Line) -> bool:
-        """Whether an instruction has an effect, or a result that is read."""
+        """Return whether an instruction has an effect, or a result that is read."""
         if NOTHING.search(line.text):
             return False
         return not line.result or self.is_read(line.result) or bool(HAS_EFFECT.search(line.text))
 
     def variables(self, name: str, kind: Type) -> list[str]:
-        """Return the variables of a value; they are declared on the first call."""
+        """Return the variables of a value, which are declared when it is first used."""
         if name not in self._variables:
             base, leaves = f"v{len(self._variables)}", [leaf for _, leaf in kind.leaves()]
             self._variables[name] = [f"{base}_{k}" for k in range(len(leaves))] if kind.is_aggregate else [base]
@@ -83,21 +83,21 @@ class FunctionBody:
         self._declared.setdefault(kind, []).append(variable)
 
     def set(self, name: str, kind: Type, expressions: Iterable[str]) -> None:
-        """Assign expressions to the scalars of a value."""
+        """Write assignments of expressions to the scalars of a value."""
         for variable, expression in zip(self.variables(name, kind), expressions, strict=True):
             self.out(f"{variable} = {expression};")
         if kind.is_aggregate:  # part of it may be unused
             self.out(" ".join(f"(void){variable};" for variable in self.variables(name, kind)))
 
     def alias(self, name: str, kind: Type, scalars: list[str]) -> None:
-        """Let a value stand for existing scalars, without a copy, unless an earlier branch declared its variables."""
+        """Use existing scalars as a value without copying them, unless an earlier branch declared variables for it."""
         if name in self._variables:
             self.set(name, kind, scalars)
         else:
             self._variables[name] = scalars
 
     def scalars(self, value: Value) -> list[str]:
-        """Return the scalars of an operand in C."""
+        """Return the scalars of an operand as C expressions."""
         if value.name:
             return self.variables(value.name, value.type)
         leaves = (leaf for _, leaf in value.type.leaves())
@@ -107,17 +107,17 @@ class FunctionBody:
         return f"TO_ADDRESS({self.functions[number]})" if isinstance(number, str) else constant(kind, number)
 
     def scalar(self, value: Value) -> str:
-        """Return an operand in C, a number or an address."""
+        """Return a number or an address as a C expression."""
         return self.scalars(value)[0]
 
     def signed(self, value: Value) -> str:
-        """Return an integer in C as a signed one; a single bit that is set is -1."""
+        """Return an integer as a signed C expression; a single bit that is set is -1."""
         width = 64 if value.type == POINTER else value.type.width
         return f"-(int){self.scalar(value)}" if width == 1 else f"(int{width}_t){self.scalar(value)}"
 
 
 def _uses(function: Function) -> Counter[str]:
-    """Return how often each value is read by instructions that have an effect."""
+    """Return how often each value is read by instructions that have an effect or whose results are read."""
     lines = [line for block in function.blocks for line in block.lines if not NOTHING.search(line.text)]
     while True:
         uses = Counter(name for line in lines for name in line.mentions)
