@@ -1,4 +1,4 @@
-"""A rotor on its bearings in as few coordinates as its lowest modes require, for analyses over many speeds."""
+"""Model of a rotor on its bearings with as few coordinates as its lowest modes require, for analyses at many speeds."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class AnalysisModel:
     supported
         The rotor, its full model, and the reduced model for the analysis.
     error
-        Largest relative error of the eigenvalues of the lowest modes at the lowest and the highest speed; 0 if nothing
-        was reduced.
+        Largest relative error of the lowest modes' eigenvalues at the lowest and the highest speed; 0 if nothing was
+        reduced.
     """
 
     supported: SupportedRotor
@@ -41,18 +41,19 @@ class AnalysisModel:
 def analysis_model(
     rotor: Rotor, mass: MassModel | None, speeds: Array, count: int, accuracy: float = ACCURACY
 ) -> AnalysisModel:
-    """Return the smallest of several reductions whose lowest modes match the full model.
+    """Try reductions of increasing size, and return the first whose lowest modes match those of the full model.
 
     max |lambda - lambda_full| / |lambda_full| <= accuracy, over `count` modes at both ends of `speeds`
 
-    Reductions retain an increasing number of free modes, starting from two vibrations each, with the residual shapes of
-    bearings and seals and the shapes that gyroscopic moments add at the highest speed (`spinning_shapes`). If none of
-    them is accurate, or a node has no inertia, the full model is returned.
+    Each reduction retains a number of free modes, the residual shapes of bearings and seals, and the shapes that
+    gyroscopic moments add at the highest speed (`spinning_shapes`). The number of free modes starts at half of `count`,
+    because each of them provides two vibrations. If no reduction is accurate, or a node has no inertia, the full model
+    is returned.
 
     Parameters
     ----------
     rotor
-        Its description, with stiffness and damping of the bearings.
+        Description of the rotor, including the stiffness and damping of its bearings.
     mass
         `consistent` or `diagonal`; by default the rotor's.
     speeds
@@ -60,7 +61,7 @@ def analysis_model(
     count
         Number of modes, the lowest first.
     accuracy
-        Allowed relative error of their eigenvalues; with 0 nothing is reduced.
+        Allowed relative error of the eigenvalues of these modes; if it is 0, nothing is reduced.
     """
     free = assemble(rotor, mass)
     full = on_bearings(free, rotor)
@@ -89,7 +90,7 @@ def analysis_model(
 def _space(
     rotor: FreeRotor, full: Matrices, count: int, nodes: tuple[int, ...], speed: float, accuracy: float
 ) -> ShapeSpace:
-    """Return the first elastic modes, all residual shapes of forces at nodes, and the shapes of the spinning rotor."""
+    """Return the space of the first elastic modes, all residual shapes of forces at nodes, and spinning shapes."""
     space = space_with_residuals(rotor, count, nodes)
     if not speed:
         return space

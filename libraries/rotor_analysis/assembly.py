@@ -1,4 +1,4 @@
-"""Assembly of the rotor, with four degrees of freedom per node (x, y, x', y'): see `Matrices`."""
+"""Assembly of the rotor's matrices (`Matrices`), with four degrees of freedom per node: x, y, x' and y'."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rotor_analysis.shaft import MassModel
 
 @dataclass(frozen=True, eq=False)
 class AttachedBearing:
-    """A bearing or seal on a model, at a point that need not be a coordinate.
+    """A bearing or seal attached to a model, at a point whose displacements need not be coordinates of the model.
 
     bearing
         The bearing, whose coefficients depend on the spin speed.
@@ -38,21 +38,22 @@ class AttachedBearing:
 class Matrices:
     """Second-order model, M q'' + (C + R + Omega G) q' + (K - Omega R J) q = f, in SI units.
 
-    Rows are pairs, x and y of each plane; J turns each pair by a right angle, from x to y. Rotating damping resists
+    Rows come in pairs, x and y of each plane; J turns each pair by a right angle, from x to y. Rotating damping resists
     motion relative to the shaft, with the force -R (q' - Omega J q).
 
     M, C, R, G, K
-        Square arrays: mass, damping in the fixed frame and in the frame of the shaft, gyroscopic matrix, stiffness.
+        Square arrays: mass (M), damping in the fixed frame (C) and in the frame of the shaft (R), gyroscopic matrix (G)
+        and stiffness (K).
     translations
         Rows of x and y by node number (from 1).
     over_speed
-        Bearings and seals on the model whose coefficients depend on the spin speed; `at` adds them to M, K and C.
+        Bearings and seals whose coefficients depend on the spin speed; `at` adds these coefficients to M, K and C.
     hysteresis
         Additional hysteretic damping of the shaft, for motion at a single frequency; None if the shaft has none.
     slopes
         For a reduced model, the maps from the coordinates to the slopes x' and y' of each node in turn, shape (2 nodes,
-        size), and from moments there to the coordinates. For the finite-element model this is None: there the slopes of
-        a node are the coordinates after its translations.
+        size), and from moments there to the coordinates. For the finite-element model this is None, because there the
+        slopes of a node are the coordinates after its translations.
     """
 
     M: Array
@@ -74,10 +75,10 @@ class Matrices:
         return [row for node in nodes for row in self.translations[node]]
 
     def at_points(self, matrix: Array, points: Sequence[Point]) -> Array:
-        """Return x and y at points from a matrix with a row for each coordinate of this finite-element model.
+        """Return the rows of x and y at points, from a matrix with a row per coordinate of this finite-element model.
 
-        x + d x' at a centre of mass at the distance d from its node. The transpose is the effect of a force there: the
-        force on the node, and the moment of d times the force.
+        At a centre of mass at distance d from its node, the displacement is x + d x'. The transpose maps a force there
+        to its effect on the node: the force itself and a moment of d times the force.
         """
         rows = self.rows(tuple(seat(point) for point in points))
         offsets = np.repeat([0.0 if isinstance(point, int) else point.offset for point in points], 2)
@@ -109,7 +110,7 @@ class Matrices:
         return replace(self, M=M, C=C, K=K)
 
     def slopes_at(self, node: int) -> tuple[Array, Array]:
-        """Return the maps from the coordinates to x' and y' of a node, and from moments there to the coordinates."""
+        """Return the maps from the coordinates to x' and y' of a node, and from moments at it to the coordinates."""
         if node not in self.translations and self.slopes is None:
             raise ValueError(f"node {node} has no slopes here; there are {sorted(self.translations)}")
         if self.slopes is None:
@@ -119,7 +120,7 @@ class Matrices:
         return self.slopes[0][rows], self.slopes[1][:, rows]
 
     def with_moments(self, tilting: Bearing) -> Matrices:
-        """Add moments at a node, by `Bearing.tilting`: left K_t right and left C_t right in the maps of its slopes."""
+        """Add the moments of `Bearing.tilting` at its node: left K_t right and left C_t right, with slope maps."""
         right, left = self.slopes_at(tilting.node)
         if tilting.at_speed:
             return replace(self, over_speed=(*self.over_speed, AttachedBearing(tilting, right, left)))
@@ -141,7 +142,7 @@ class Matrices:
         return model
 
     def viscous(self) -> Matrices:
-        """Return this free rotor with viscous damping instead of hysteretic damping, for motion in time."""
+        """Return this free rotor with viscous damping instead of hysteretic damping, for time-domain motion."""
         if self.hysteresis is None:
             return self
         C, R = self.hysteresis.viscous(self.M)
@@ -151,25 +152,25 @@ class Matrices:
 def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     """Assemble the free rotor, without its bearings (3.1 to 3.6).
 
-    The centre of mass of a rigid body lies at the distance d (m) along +z from its node, which moves by x and tilts by
-    the slope x' = dx/dz, in both planes:
+    The centre of mass of a rigid body lies at a distance d (m) along +z from its node. If the node moves by x and tilts
+    by the slope x' = dx/dz, then in both planes:
 
         x_c = x + d x',   T = m (dx_c/dt)^2/2 + I_d (dx'/dt)^2/2                                       (1)
         M = [[m, m d], [m d, I_d + m d^2]]   over (x, x')                                             (2)
         G = [[0, 0], [0, I_p]],   f = F [1, d]   for a force F at the centre of mass                   (3)
 
-    m is the mass (kg), I_d and I_p are the inertias (kg m^2) about the centre of mass, across and along the axis. Spin
-    adds only I_p, since it turns the body about its axis and does not move the centre of mass. The forces of weight, of
-    motion of the base and of unbalance, m g, -m a and u Omega^2, act at the centre of mass. The weight, for example,
-    loads the node with the moment m g d along x'.
+    m is the mass (kg); I_d and I_p are the diametral and polar moments of inertia (kg m^2) about the centre of mass.
+    Spin adds only the term with I_p, because it turns the body about its axis without moving the centre of mass. The
+    weight m g, the inertial force -m a due to base motion, and the unbalance force u Omega^2 act at the centre of mass.
+    The weight, for example, loads the node with the moment m g d along x'.
 
     Parameters
     ----------
     rotor
         Its description.
     mass
-        `consistent` (from the static deflection) or `diagonal` (half the element at each end node); by default the
-        rotor's.
+        `consistent` (from the static deflection) or `diagonal` (half of each element at each of its end nodes); by
+        default the rotor's.
 
     Returns
     -------
@@ -225,12 +226,12 @@ def element_matrices(element: Element, mass: MassModel) -> tuple[Array, Array, A
 
 
 def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:
-    """Return `model` of `rotor` with its bearings and seals; `Matrices.at` adds those that depend on speed."""
+    """Return `model` with the bearings and seals of `rotor`; `Matrices.at` adds those that depend on speed."""
     return with_bearings(model, (*rotor.bearings, *rotor.seals))
 
 
 def with_bearings(model: Matrices, bearings: Iterable[Bearing]) -> Matrices:
-    """Return a model with bearings, at whose nodes it must have translations."""
+    """Return the model with bearings added; it must have translations at the nodes of the bearings."""
     for bearing in bearings:
         if bearing.at_speed:
             selection = np.eye(model.size)[model.rows((bearing.node,))]

@@ -1,8 +1,8 @@
-"""One-plane matrices of a beam element, Timoshenko or Rayleigh, uniform or a cone (`tapered`).
+"""One-plane matrices of a Timoshenko or Rayleigh beam element, which is uniform or conical (`tapered`).
 
-Degrees of freedom of an element of length L: (w_1, beta_1, w_2, beta_2) in a single plane, with the rotation beta of
-the section (the slope dw/dz minus the shear angle). Both planes of an axisymmetric rotor then have the same matrices,
-and r = x + i y obeys
+In a single plane, an element of length L has the degrees of freedom (w_1, beta_1, w_2, beta_2), where beta is the
+rotation of the section (the slope dw/dz minus the shear angle). Both planes of an axisymmetric rotor then have the same
+matrices, and r = x + i y obeys
 
     M r'' - i Omega G_1 r' + K r = f
 """
@@ -17,7 +17,7 @@ from rotor_analysis.element import Element
 
 
 def shear_parameter(element: Element) -> float:
-    """Return Phi = 12 E I / (kappa G A L^2), the flexibility in shear relative to bending; 0 in Rayleigh's theory."""
+    """Return Phi = 12 E I / (kappa G A L^2), the ratio of shear to bending flexibility; 0 in Rayleigh's theory."""
     if element.theory == "rayleigh":
         return 0.0
     shear = element.shear_coefficient * element.material.shear_modulus * element.area
@@ -46,9 +46,10 @@ def stiffness(element: Element) -> Array:
 
 
 def consistent_translational_mass(element: Element) -> Array:
-    """Return the translational mass from the element's static deflection, shape (4, 4), kg and kg m.
+    """Return the translational mass matrix based on the element's static deflection, shape (4, 4), kg and kg m.
 
-    The shape functions are Hermite cubics for Phi = 0 (Nelson and McVaugh 1976), and with shear those of Nelson 1980.
+    The shape functions are Hermite cubics for Phi = 0 (Nelson and McVaugh 1976); with shear, they are those of Nelson
+    1980.
     """
     L, phi = element.length, shear_parameter(element)
     if element.is_tapered:
@@ -61,7 +62,7 @@ def consistent_translational_mass(element: Element) -> Array:
 
 
 def consistent_rotary_inertia(element: Element) -> Array:
-    """Return the rotary inertia from the same deflection, shape (4, 4); G_1 is twice this."""
+    """Return the rotary inertia matrix based on the same deflection, shape (4, 4); G_1 is twice this matrix."""
     L, phi = element.length, shear_parameter(element)
     if element.is_tapered:
         return tapered.rotary_inertia(element, phi)
@@ -72,12 +73,13 @@ def consistent_rotary_inertia(element: Element) -> Array:
 
 
 def diagonal_mass(element: Element) -> tuple[Array, Array]:
-    """Return mass and polar inertia at the two nodes, half of a uniform element at each, without an m L^2 term.
+    """Return the lumped mass and polar inertia (half of a uniform element at each node), without an m L^2 term.
 
     Returns
     -------
     mass, gyroscopic
-        Shape (4, 4) each: rho A L / 2 on translations and rho I L / 2 on rotations; polar inertia rho I L on rotations.
+        Shape (4, 4) each. For a uniform element, the mass is rho A L / 2 for translations and rho I L / 2 for
+        rotations, and the polar inertia is rho I L for rotations.
     """
     if element.is_tapered:
         (mass_1, inertia_1), (mass_2, inertia_2) = tapered.lumped(element).tolist()

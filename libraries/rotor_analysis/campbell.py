@@ -1,4 +1,4 @@
-"""Campbell diagram: damped frequencies and damping ratios over the spin speed, and the critical speeds."""
+"""Campbell diagram: damped frequencies and damping ratios as functions of the spin speed, and the critical speeds."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class CriticalSpeed:
     number
         Number of the mode in the diagram, from 1.
     damping_ratio, whirl
-        Damping and whirl of the mode there. Unbalance excites forward whirl; it does not excite a backward mode of an
-        isotropic rotor.
+        Damping ratio and direction of whirl of the mode at this speed. Unbalance excites forward whirl, but not the
+        backward modes of an isotropic rotor.
     """
 
     Omega: float
@@ -40,7 +40,7 @@ class Campbell:
     speeds
         Spin speeds (rad/s), shape (n,).
     tracks
-        For each mode its values at each speed; None before it begins to oscillate and once it no longer does.
+        For each mode, its state at each speed; None before the mode begins to oscillate and after it stops.
     critical_speeds
         Intersections with the synchronous line, ascending.
     """
@@ -65,8 +65,8 @@ def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
 
     |Im lambda_k(Omega)| = Omega,  (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0
 
-    A crossing between two speeds is refined by root finding on the eigenproblem (Brent's method), in which the mode is
-    identified by its shape. Two crossings of a mode between adjacent speeds are not found.
+    A crossing between two speeds is refined by Brent's method, which solves the eigenproblem at each trial speed and
+    identifies the mode by its shape. Two crossings of a mode between adjacent speeds are not found.
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     count
-        Number of modes, the lowest ones at the first speed. Slow modes that begin to oscillate at a higher speed follow
-        (`modes_begun_later`).
+        Number of modes to track: the lowest ones at the first speed. Slow modes that begin to oscillate at a higher
+        speed are added after them (`modes_begun_later`).
 
     Raises
     ------

@@ -33,7 +33,7 @@ def _variable(name: str) -> str:
 
 
 def _moderate(value: float) -> float:
-    """Refuse values that overflow in the model's products and powers."""
+    """Refuse values that would overflow in products and powers within the model."""
     if value != 0.0 and not 1e-20 <= abs(value) <= 1e20:
         raise ValueError("it must be from 1e-20 to 1e20 in magnitude")
     return value
@@ -52,7 +52,7 @@ Variable = Annotated[StrictStr, AfterValidator(_variable)]
 
 
 def speed_in_si(value: object) -> object:
-    """Return a speed in rad/s from a text with its unit; anything else is unchanged.
+    """Return a speed in rad/s if it is given as a text with a unit; return anything else unchanged.
 
     Examples
     --------

@@ -1,11 +1,13 @@
-"""Undamped critical speeds of a rotor on springs, and antinodes of their shapes.
+"""Undamped critical speeds of a rotor on springs, and the antinodes of their mode shapes.
 
-A synchronous forward whirl r exp(i Omega t) of the undamped rotor, with G_1 its polar inertias in a single plane:
+A synchronous forward whirl r exp(i Omega t) of the undamped rotor satisfies the following equation, in which G_1
+contains the polar inertias in a single plane:
 
     (K + sum k_b e_b e_b^T) phi = Omega^2 (M - G_1) phi                                           (1)
 
-K with the springs is positive definite, so that (M - G_1) phi = mu K phi has real mu, and Omega = 1/sqrt(mu) for each
-mu > 0; polar inertias of thick discs leave fewer critical speeds than degrees of freedom.
+K with the springs is positive definite, so (M - G_1) phi = mu K phi has real mu. Each mu > 0 gives a critical speed
+Omega = 1/sqrt(mu). Because of the polar inertias of thick discs, not every mu is positive, so there are fewer critical
+speeds than degrees of freedom.
 """
 
 from __future__ import annotations
@@ -25,16 +27,17 @@ def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) ->
     Parameters
     ----------
     free
-        The finite-element model of the free rotor, the same in both planes of motion.
+        The finite-element model of the free rotor, which is the same in both planes of motion.
     springs
-        Stiffness (N/m), above 0, by node; two nodes or more.
+        Stiffness (N/m) of the spring at each node, above 0; two nodes or more.
     count
         Number of critical speeds.
 
     Returns
     -------
     speeds, shapes
-        Omega (rad/s), ascending, shape (n,); phi at the translations of the nodes, the largest 1, shape (nodes, n).
+        Omega (rad/s), ascending, shape (n,), and phi at the translations of the nodes, scaled to a largest value of 1,
+        shape (nodes, n).
 
     Raises
     ------
@@ -59,7 +62,7 @@ def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) ->
 
 
 def antinodes(shape: Array) -> list[tuple[int, slice]]:
-    """Return for each lobe of a shape, between its zeros, the position of its maximum and the positions it spans."""
+    """Return, for each lobe of a shape between two zeros, the index of its maximum and the slice that it spans."""
     signs = _signs(shape)
     edges = [0, *(k + 1 for k in range(len(shape) - 1) if signs[k] * signs[k + 1] < 0.0), len(shape)]
     spans = [slice(a, b) for a, b in pairwise(edges)]
@@ -67,14 +70,14 @@ def antinodes(shape: Array) -> list[tuple[int, slice]]:
 
 
 def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
-    """Return for each lobe of a shape the position of its antinode, from 0, its modal mass (kg), and its sign.
+    """Return, for each lobe of a shape, the index of its antinode (from 0), its modal mass (kg), and its sign.
 
     The modal mass is the mass of the rotor weighted by the shape:
 
         m_l = sum over the nodes of lobe l of m_k |phi_k|                                         (2)
 
-    A mass near a zero of the shape hardly excites the mode and hardly contributes. The masses therefore depend neither
-    on the mesh about the zero nor on the rounding that decides on which side of it a node is.
+    A mass near a zero of the shape hardly excites the mode, so it contributes little. The modal masses therefore depend
+    neither on the mesh near a zero nor on the rounding that decides on which side of the zero a node lies.
     """
     translation = np.zeros(free.size)
     rows = [free.translations[node][0] for node in sorted(free.translations)]
@@ -84,7 +87,7 @@ def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
 
 
 def _signs(shape: Array) -> Array:
-    """Return the signs of a shape; a zero gets the sign of the last nonzero value before it, or else of the first."""
+    """Return the signs of a shape; a zero gets the sign of the last nonzero value before it, or else after it."""
     signs = np.sign(shape)
     nonzero = np.flatnonzero(signs)
     last = np.maximum(np.searchsorted(nonzero, np.arange(len(signs)), side="right") - 1, 0)

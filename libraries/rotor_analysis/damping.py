@@ -1,4 +1,4 @@
-"""Damping of a rotor without its bearings, and the share of it that rotates with the shaft."""
+"""Damping of a rotor without its bearings, and the share of this damping that rotates with the shaft."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ N_RIGID = 2  # modes of the free rotor in a single plane: translation and tiltin
 class Damping:
     """Damping of a rotor without its bearings: the sum of all contributions.
 
-    Rotating damping, such as that of material and fits, drives whirl that is slower than the spin.
+    Rotating damping, for example in the material or in fits, drives whirl that is slower than the spin.
     """
 
     mass: Rate = 0.0
@@ -53,17 +53,17 @@ class Damping:
 
 
 def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
-    """Return the elastic modes of a free rotor in a single plane, K phi = omega^2 M phi.
+    """Return the elastic modes of a free rotor in a single plane, which satisfy K phi = omega^2 M phi.
 
     Parameters
     ----------
     M, K
-        Mass and stiffness over the degrees of freedom of a plane, shape (n, n), without bearings.
+        Mass and stiffness matrices for the degrees of freedom in one plane, without bearings, shape (n, n).
 
     Returns
     -------
     frequencies, shapes
-        omega (rad/s), ascending, shape (n - 2,), or fewer if coordinates have no inertia; phi in columns, with
+        omega (rad/s), ascending, shape (n - 2,), or fewer if some coordinates have no inertia; and phi in columns, with
         phi^T M phi = 1.
     """
     if lacks_inertia(M, K):
@@ -79,7 +79,7 @@ def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
 
 
 def damping_matrices(damping: Damping, shaft_mass: Array, M: Array, K: Array) -> tuple[Array, Array]:
-    """Return the viscous damping in the fixed frame and the rotating one, in a single plane (N s/m).
+    """Return the viscous damping matrices of a single plane in the fixed frame and in the rotating frame (N s/m).
 
     C = mass M_shaft + (1 - rotating) C_i,  R = rotating C_i,
     C_i = stiffness K + sum over the elastic modes of 2 zeta_k omega_k (M phi_k) (M phi_k)^T
@@ -89,7 +89,8 @@ def damping_matrices(damping: Damping, shaft_mass: Array, M: Array, K: Array) ->
     damping
         Damping in the rotor file.
     shaft_mass, M, K
-        Mass of the shaft, mass and stiffness of the free rotor over the degrees of freedom of a plane, shape (n, n).
+        Mass matrix of the shaft, and mass and stiffness matrices of the free rotor, for the degrees of freedom in one
+        plane, shape (n, n) each.
     """
     internal = damping.stiffness * K
     if damping.modal:

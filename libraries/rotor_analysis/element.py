@@ -95,7 +95,7 @@ class Element:
 
     @property
     def shear_coefficient(self) -> float:
-        """Kappa of a ring, m = d_i/d in the middle.
+        """Shear coefficient kappa of a ring, with m = d_i/d in the middle of the element.
 
         Cowper 1966: 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2).
         Hutchinson 2001: 6 (1 + nu)^2 (1 + m^2)^2 / ((7 + 12 nu + 4 nu^2) (1 + m^2)^2 + 4 (5 + 6 nu + 2 nu^2) m^2).

@@ -1,4 +1,4 @@
-"""The free rotor at rest in one plane of motion, by all its modes: shapes, receptance, residual shapes.
+"""The free rotor at rest in one plane of motion, described by all its modes: shapes, receptance, residual shapes.
 
 With a shift s > 0 that makes K + s M positive definite,
 
@@ -6,8 +6,8 @@ With a shift s > 0 that makes K + s M positive definite,
     H(omega) = (K - omega^2 M)^-1 = -R R^T/omega^2 + sum S S^T/(1 - (s + omega^2) mu)              (2)
 
 where R are the two rigid motions with R^T M R = 1. Massless rows have mu = 0 and add only stiffness to (2). A reduction
-omits modes, but retains their static response to forces at some points p: residual attachment shapes (R. H. MacNeal,
-Comput. Struct. 1, 1971; S. Rubin, AIAA J. 13, 1975; R. R. Craig, C.-J. Chang, 1977),
+omits modes, but retains their static response to forces at some points p by means of residual attachment shapes (R. H.
+MacNeal, Comput. Struct. 1, 1971; S. Rubin, AIAA J. 13, 1975; R. R. Craig, C.-J. Chang, 1977),
 
     A = sum S S_p^T/(1 - s mu) over these modes.                                                   (3)
 
@@ -36,7 +36,7 @@ class FreeRotor:
     """The modes of a free rotor in one plane of motion.
 
     nodes
-        Row of the translation of each node, by its number.
+        Row of the translation of each node, by node number.
     rigid
         Two rigid motions, translation and tilt about the centre of mass, with R^T M R = 1, shape (n, 2).
     mu
@@ -76,7 +76,7 @@ class FreeRotor:
         return H if modes != slice(None) else H - self.rigid[rows] @ self.rigid[rows].T / square[..., None]
 
     def sizes(self, rows: list[int], omega: ArrayLike) -> Array:
-        """Return the sum of magnitudes of all terms of H_ii in (2) at each row i (m/N), which has no antiresonance.
+        """Return the sum of the magnitudes of all terms of H_ii (2) for each row i (m/N); the sum has no antiresonance.
 
         With `omega` (rad/s) of shape S the result has the shape (*S, r).
         """
@@ -95,7 +95,7 @@ class ResidualModes:
 
 
 def free_rotor(full: Matrices) -> FreeRotor:
-    """Return the modes of a free rotor, the same in both planes of motion, from its finite-element model.
+    """Return the modes of a free rotor from its finite-element model, which is the same in both planes of motion.
 
     The model's rows are x, y, x', y' of each node, as `assemble` returns them.
     """
@@ -109,16 +109,17 @@ def free_rotor(full: Matrices) -> FreeRotor:
 
 
 def _rigid_motions(M: Array, shapes: Array) -> Array:
-    """Return R with R^T M R = 1 in the space of two shapes."""
+    """Return R, with R^T M R = 1, in the space that two shapes span."""
     L = np.linalg.cholesky(shapes.T @ M @ shapes)
     return np.asarray(np.linalg.solve(L, shapes.T).T)
 
 
 def residual_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...], negligible: float) -> ResidualModes:
-    """Return the residual attachment shapes of forces at nodes, beyond the first `count` elastic modes, as modes.
+    """Return, as modes, the residual attachment shapes of forces at nodes beyond the first `count` elastic modes.
 
-    Combinations of forces whose residual flexibility is a negligible share of the whole elastic flexibility, such as
-    opposite forces at close places, get no shape, because its frequency would be high.
+    A combination of forces gets no shape if its residual flexibility is a negligible share of the whole elastic
+    flexibility, because the frequency of such a shape would be high. An example is a pair of opposite forces at
+    neighbouring nodes.
     """
     rows, elastic = rotor.rows(nodes), 1.0 - SHIFT * rotor.mu
     T = rotor.shapes / np.sqrt(elastic)  # T T^T is the elastic flexibility

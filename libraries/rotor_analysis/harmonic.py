@@ -1,12 +1,12 @@
-"""Response of a spinning rotor to harmonic forces, f = Re[F exp(i omega t)], between any of its nodes.
+"""Response of a spinning rotor at any of its nodes to harmonic forces f = Re[F exp(i omega t)] at any nodes.
 
     [-omega^2 M + i omega (C + Omega G) + K + D - L F(i omega) R] q = L f,   x = R q                  (1)
 
-M, C, G, K and D describe the rotor on its other bearings, reduced to its free modes up to some frequency and the
-residual shapes of the nodes where forces act (`free_rotor`). R maps the coordinates to the displacements of all nodes
-and of the centres of mass off their nodes, L forces there to the coordinates. F(i omega) are forces of magnetic
-bearings over displacements. A rotor with a thrust disc also moves along its shaft as a free rigid mass, in the last row
-of x, which only F couples to the others.
+M, C, G, K and D describe the rotor on all bearings that F does not contain. The rotor is reduced to its free modes up
+to some frequency and the residual shapes of the nodes where forces act (`free_rotor`). R maps the coordinates to the
+displacements of all nodes and of the centres of mass off their nodes; L maps forces at these points to the coordinates.
+F(i omega) maps displacements to the forces of magnetic bearings. A rotor with a thrust disc also moves along its shaft
+as a free rigid mass. This motion is the last row of x, which only F couples to the other rows.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ LEAST_MODES = 10  # for gyroscopic moments, which couple modes
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """Forces over displacements, F of (1), at some of the rows x and y of each node in turn.
+    """The map F of (1) from displacements to forces, at some rows; the rows are x and y of each node in turn.
 
     rows, columns
         Rows of the forces (N) and of the displacements (m); forces at the same row add up.
     at
-        Returns F at frequencies (rad/s), shape (n,), as shape (n, rows, columns).
+        Function that takes frequencies (rad/s) of shape (n,) and returns F with the shape (n, rows, columns).
     """
 
     rows: Sequence[int]
@@ -52,9 +52,10 @@ class HarmonicModel:
     model
         The rotor on its bearings, without the bearings whose forces F contains.
     right, left
-        R and L of (1): x and y of each point in turn, shape (2 points, size) and its transpose. The points are all
-        nodes, then the centres of mass that do not lie at their nodes, in the order of the bodies (`harmonic_points`).
-        The last row of a rotor with a thrust disc is its motion along the shaft, which is also its last coordinate.
+        R and L of (1), with x and y of each point in turn, shapes (2 points, size) and (size, 2 points). The points are
+        all nodes, then the centres of mass that do not lie at their nodes, in the order of the bodies
+        (`harmonic_points`). If the rotor has a thrust disc, its motion along the shaft is the last row and also the
+        last coordinate.
     axial_mass
         Mass (kg) of a rotor with a thrust disc; 0 if there is none.
     """
@@ -71,8 +72,8 @@ class HarmonicModel:
     def stiffness(self, omegas: Array, Omega: float, forces: Forces | None = None) -> Complex:
         """Return the matrix of (1) at frequencies and a spin speed (rad/s), shape (n, size, size).
 
-        The product with F uses only the rows and columns of F; including those of all nodes would take most of the
-        computing time of a response.
+        The product with F uses only the rows and columns of F, because including those of all nodes would take most of
+        the computing time of a response.
         """
         stiffness = dynamic_stiffness(self.model, Omega, omegas)
         if self.axial_mass:
@@ -85,7 +86,7 @@ class HarmonicModel:
     def response(
         self, omegas: Array, Omega: float, inputs: Array | Complex, outputs: Array, forces: Forces | None
     ) -> Complex:
-        """Return outputs over inputs by (1), shape (n, outputs, inputs).
+        """Return the outputs due to unit inputs by (1), shape (n, outputs, inputs).
 
         Parameters
         ----------
@@ -94,8 +95,8 @@ class HarmonicModel:
         Omega
             Spin speed (rad/s).
         inputs
-            Forces (N) at x and y of all points due to unit inputs, shape (2 points, inputs), or at each frequency, (n,
-            2 points, inputs).
+            Forces (N) at x and y of all points due to unit inputs, shape (2 points, inputs), or shape (n, 2 points,
+            inputs) if they depend on the frequency.
         outputs
             Outputs due to unit displacements, shape (outputs, 2 points).
         forces
@@ -104,7 +105,7 @@ class HarmonicModel:
         Raises
         ------
         ValueError
-            If a frequency equals that of an undamped mode, or is not finite.
+            If a frequency equals the frequency of an undamped mode, or is not finite.
         """
         require(bool(np.isfinite(omegas).all()), "omega", "not finite", "finite")
         stiffness = self.stiffness(omegas, Omega, forces)
@@ -123,7 +124,7 @@ def harmonic_model(rotor: Rotor, nodes: Iterable[int], highest: float, bearings:
     Parameters
     ----------
     rotor
-        Its description; its bearings and seals are ignored.
+        Description of the rotor; its bearings and seals are ignored.
     nodes
         Nodes where forces act, including those of magnetic bearings.
     highest

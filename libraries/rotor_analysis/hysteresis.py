@@ -1,20 +1,21 @@
 """Hysteretic damping of the shaft: a force that depends on loss factor and strain, not on the bending frequency.
 
-The share r of the loss factor eta that rotates with the shaft opposes strain in the frame of the shaft. A whirl with
-the frequency omega in the fixed frame, forward or backward, bends the fibres of the shaft with omega - Omega or
--omega - Omega. In a harmonic motion q = Re[Q exp(i omega t)] the force of the shaft's damping is -D Q with
+The share r of the loss factor eta that rotates with the shaft opposes strain in the frame of the shaft. A forward or
+backward whirl of frequency omega in the fixed frame bends the fibres of the shaft at the frequency omega - Omega or
+-omega - Omega, respectively. In a harmonic motion q = Re[Q exp(i omega t)] the force of the shaft's damping is -D Q
+with
 
     D = i eta (1 - r) sgn(omega) K + i eta r K (sgn(omega - Omega) P_f + sgn(omega + Omega) P_b)           (1)
     P_f = (1 - i J)/2,   P_b = (1 + i J)/2
 
 where K is the stiffness of the shaft alone, J turns each pair x, y by a right angle from x to y, and P_f and P_b
-project onto the forward and the backward part of the motion. For motion faster than the spin, D is i eta K: each cycle
-dissipates 2 pi eta times the maximum strain energy. For slower motion with r = 1, D is -sgn(Omega) eta K J; its force
-on a forward whirl has the direction of the velocity and drives this whirl. Synchronous forward whirl leaves the strain
-constant and dissipates nothing.
+project onto the forward and the backward part of the motion. For motion faster than the spin, D is i eta K, so each
+cycle dissipates 2 pi eta times the maximum strain energy. For slower motion with r = 1, D is -sgn(Omega) eta K J; its
+force on a forward whirl has the direction of the velocity and drives this whirl. Synchronous forward whirl leaves the
+strain constant and dissipates nothing.
 
-A model in time requires a force that depends on positions and velocities. For a free rotor with K phi_k = omega_k^2 M
-phi_k and phi_k^T M phi_k = 1 this force is that of viscous damping with equal loss in each mode at rest,
+A time-domain model requires a force that depends on positions and velocities. For a free rotor with K phi_k = omega_k^2
+M phi_k and phi_k^T M phi_k = 1, this force is due to viscous damping with the same loss in each mode at rest,
 
     C_i = eta sum_k omega_k (M phi_k)(M phi_k)^T.                                                          (2)
 
@@ -39,7 +40,7 @@ class Hysteresis:
     loss_factor, rotating
         eta and r.
     K
-        Stiffness of the shaft without bearings on the coordinates of a model, shape (size, size).
+        Stiffness of the shaft without bearings, in the coordinates of a model, shape (size, size).
     """
 
     loss_factor: float
@@ -47,11 +48,11 @@ class Hysteresis:
     K: Array
 
     def reduced(self, right: Array, left: Array) -> Hysteresis:
-        """Return the same damping on the coordinates of a reduced model (`reduction.Reduction`)."""
+        """Return the same damping in the coordinates of a reduced model (`reduction.Reduction`)."""
         return replace(self, K=left @ self.K @ right)
 
     def stiffness(self, omega: float, Omega: float) -> Complex | Array:
-        """Return D of (1) in N/m at a frequency and a spin speed (rad/s); an array without imaginary part if real."""
+        """Return D of (1) in N/m at a frequency and a spin speed (rad/s), as a real array if D is real."""
         forward, backward = np.sign(omega - Omega), np.sign(omega + Omega)
         fixed, turning = self.loss_factor * (1.0 - self.rotating), self.loss_factor * self.rotating
         loss = fixed * np.sign(omega) + 0.5 * turning * (forward + backward)

@@ -2,7 +2,7 @@
 
     M phi = mu (K + s M) phi,   omega^2 = 1/mu - s                                                (1)
 
-Motion without inertia has mu = 0: it follows the other coordinates statically and is not a mode.
+Motion without inertia has mu = 0. It follows the other coordinates statically, so it is not a mode.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ DEPENDENT = 1e-13  # least eigenvalue of a mass matrix with diagonal 1: rounding
 
 
 def lacks_inertia(M: Array, K: Array) -> bool:
-    """Return whether some motion has no inertia, within rounding, in a model of mass M and stiffness K."""
+    """Return whether a model with mass M and stiffness K has, within rounding, a motion without inertia."""
     mu = np.diag(M) / np.diag(K)
     if np.min(mu, initial=np.inf) <= MASSLESS * np.max(mu, initial=0.0):
         return True
@@ -36,7 +36,7 @@ def inertias(M: Array, K: Array) -> int:
 
 
 def inertial_modes(M: Array, K: Array, shift: float = 0.0) -> tuple[Array, Array]:
-    """Return squares of the frequencies of all modes (rad^2/s^2), ascending, and phi in columns, phi^T M phi = 1.
+    """Return the squared frequencies of all modes (rad^2/s^2), ascending, and phi in columns, with phi^T M phi = 1.
 
     Parameters
     ----------

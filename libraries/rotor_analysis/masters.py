@@ -14,14 +14,14 @@ SLOW = 0.1  # rad/s; slower modes are those of a rotor that hardly bends, on bea
 
 
 def needed_masters(rotor: Rotor) -> tuple[int, ...]:
-    """Return the nodes of discs, bearings, seals, sites and sensors, ascending; if there is only one, also the ends."""
+    """Return the nodes of discs, bearings, seals, sites and sensors, ascending; if there is only one, add the ends."""
     nodes = {*rotor.disc_nodes, *rotor.bearing_nodes, *rotor.seal_nodes, *rotor.site_nodes, *rotor.sensor_nodes}
     ends = {1, len(rotor.shaft.nodes)} if len(nodes) < 2 else set()
     return tuple(sorted(nodes | ends))
 
 
 def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: float) -> Reduction:
-    """Return the condensation to the planes of parts and as many others as the first modes require.
+    """Condense a model to the planes of parts and as many other planes as the first modes require.
 
     Each new plane is placed at the largest error of the least accurate mode.
 
@@ -39,7 +39,7 @@ def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: flo
     Raises
     ------
     ValueError
-        If all planes together do not suffice.
+        If even all planes together do not reach the accuracy.
     """
     frequencies, shapes = undamped_modes(on_bearings(full, rotor), rotor, modes)
     masters = needed_masters(rotor)
@@ -62,8 +62,8 @@ def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: flo
 def frequency_error(exact: Array, frequencies: Array) -> Array:
     """Return |frequencies / exact - 1| of each frequency, infinite for missing ones, shape (len(exact),).
 
-    Rounding of the stiffness adds an error to the squares of frequencies. The errors of frequencies below `SLOW` are
-    therefore taken relative to `SLOW`.
+    Rounding of the stiffness adds an error to the squares of the frequencies. The errors of frequencies below `SLOW`
+    are therefore taken relative to `SLOW`.
     """
     error, frequencies = np.full(len(exact), np.inf), frequencies[: len(exact)]
     compared = exact[: len(frequencies)]

@@ -1,4 +1,4 @@
-"""A mesh that is fine enough for the first modes: elements are divided where this changes a natural frequency."""
+"""Refinement of a mesh for the first modes: elements are divided where this changes a natural frequency."""
 
 from __future__ import annotations
 
@@ -26,21 +26,22 @@ LARGE = 0.25  # elements with this share of the largest contribution are divided
 def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
     """Return `rotor` on a mesh whose halving changes no natural frequency by more than `accuracy`.
 
-    The change is computed for each element to first order: with the mode shape phi, phi^T M phi = 1, and the dynamic
-    stiffness D = K - omega^2 M of an element, whole and in two halves with the middle condensed,
+    The change is computed for each element to first order from the mode shape phi, with phi^T M phi = 1, and the
+    dynamic stiffness D = K - omega^2 M of the element. D_halves is the dynamic stiffness of its two halves with the
+    middle node condensed:
 
         delta omega / omega = phi^T (D_halves - D) phi / (2 omega^2)
 
-    less the rounding error of the difference, which dominates the difference in a motion that hardly bends the rotor,
-    as on soft bearings. While the sum over the elements exceeds `accuracy` for a mode, the original elements that
-    contribute most are divided into more equal parts.
+    The rounding error of the difference is subtracted, because it dominates the difference if the motion hardly bends
+    the rotor, for example on soft bearings. While the sum over the elements exceeds `accuracy` for a mode, the original
+    elements that contribute most are divided into more equal parts.
 
     Parameters
     ----------
     rotor
         Its description; parts and masters keep their positions on the shaft.
     modes
-        Number of modes: the first of the undamped rotor at rest (`undamped_modes`).
+        Number of modes, the first ones of the undamped rotor at rest (`undamped_modes`).
     accuracy
         Allowed relative change.
 
@@ -73,7 +74,7 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
 
 
 def _change_by_halving(rotor: Rotor, modes: int) -> Array:
-    """Return the relative changes of the frequencies when elements are halved, shape (elements, modes)."""
+    """Return the relative changes in the frequencies when elements are halved, shape (elements, modes)."""
     frequencies, shapes = undamped_modes(on_bearings(assemble(rotor), rotor), rotor, modes)
     change = np.empty((len(rotor.elements), len(frequencies)))
     for e, layers in enumerate(rotor.elements):
@@ -96,7 +97,7 @@ def _dynamic_stiffness(layers: Layers, mass: MassModel, frequencies: Array) -> A
 
 
 def _stiffness_halved(layers: Layers, mass: MassModel, frequencies: Array) -> Array:
-    """Return the dynamic stiffness of its two halves with the node between them condensed, shape (modes, 4, 4)."""
+    """Return the dynamic stiffness of an element's two halves, with the middle node condensed, shape (modes, 4, 4)."""
     D = np.zeros((len(frequencies), 6, 6))
     for k, (begin, end) in enumerate(((0.0, 0.5), (0.5, 1.0))):
         half = tuple(layer.part(begin, end) for layer in layers)

@@ -1,8 +1,8 @@
 """Reduction to free modes of the whole rotor and residual attachment shapes of bearings and sites (`free_rotor`).
 
-In each plane of motion the rotor moves in the space of m M-orthonormal shapes Phi with frequencies omega. The plant
-requires the displacements x_p of a few points p (contact sites and bearings) as coordinates. The other coordinates are
-motions in which these points are at rest. With an orthonormal basis N of the null space of Phi_p,
+In each plane of motion, the displacement of the rotor is a combination of m M-orthonormal shapes Phi with frequencies
+omega. The plant requires the displacements x_p of a few points p (contact sites and bearings) as coordinates. The other
+coordinates are motions in which these points are at rest. With an orthonormal basis N of the null space of Phi_p,
 
     q = Phi eta,  eta = Phi_p^+ x_p + N xi,   N^T diag(omega^2) N diagonal                          (1)
     M = [[(Phi_p Phi_p^T)^-1, 0], [0, 1]],  K = Y^T diag(omega^2) Y,  Y = [Phi_p^+, N]             (2)
@@ -39,7 +39,7 @@ class ShapeSpace:
     count
         Number of retained elastic modes, in addition to both rigid motions.
     residual
-        Retained residual shapes, and those of the spinning rotor (`spinning_shapes`).
+        Retained residual shapes, and additional shapes of the spinning rotor (`spinning_shapes`).
     """
 
     rotor: FreeRotor
@@ -57,7 +57,7 @@ class ShapeSpace:
         return np.concatenate([np.zeros(2), self.rotor.frequencies[: self.count], self.residual.frequencies])
 
     def receptance_error(self, nodes: tuple[int, ...], omega: ArrayLike) -> float:
-        """Return the largest error of the receptance between nodes against the full model, at any frequency (rad/s).
+        """Return the largest error of the receptance between nodes against the full model, at some frequencies (rad/s).
 
         |H_ij reduced - H_ij| / sqrt(S_i S_j), with S_i the sum of magnitudes of all modal terms of H_ii (m/N).
         """
@@ -74,9 +74,9 @@ class ShapeSpace:
 
 
 def space_with_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...], accuracy: float) -> ShapeSpace:
-    """Return the space with a number of elastic modes and the residual shapes of forces at nodes.
+    """Return the space of `count` elastic modes and the residual shapes of forces at `nodes`.
 
-    Residual shapes are left out if this changes no static elastic displacement by more than `accuracy`.
+    A residual shape is left out if omitting it changes no static elastic displacement by more than `accuracy`.
 
     Raises
     ------
@@ -103,16 +103,16 @@ def space_for_band(rotor: FreeRotor, highest: float, nodes: tuple[int, ...], acc
     rotor
         The free rotor.
     highest
-        Frequency (rad/s) up to which it must be accurate.
+        Frequency (rad/s) up to which the receptance must be accurate.
     nodes
-        Nodes at which forces act, whose displacements must be independent in the space.
+        Nodes at which forces act. Their displacements must be independent in the space.
     accuracy
         Allowed error (`ShapeSpace.receptance_error`).
 
     Raises
     ------
     ValueError
-        If all modes together do not suffice.
+        If even all modes together do not reach the accuracy.
     """
     most, best, least = len(rotor.frequencies), np.inf, np.inf
     smallest: list[ShapeSpace] = []
@@ -135,14 +135,14 @@ def space_for_band(rotor: FreeRotor, highest: float, nodes: tuple[int, ...], acc
 
 
 def _spaces(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> Iterator[ShapeSpace]:
-    """Yield the spaces with a number of elastic modes and none, one, ... of the residual shapes of forces at nodes."""
+    """Yield the spaces of `count` elastic modes with none, one, ... of the residual shapes of forces at `nodes`."""
     residual = residual_modes(rotor, count, nodes, ROUNDING)
     for retained in range(len(residual.frequencies) + 1):
         yield ShapeSpace(rotor, count, ResidualModes(residual.frequencies[:retained], residual.shapes[:, :retained]))
 
 
 def _independence(space: ShapeSpace, places: tuple[int, ...]) -> float:
-    """Return the smallest singular value of Phi_p over the largest, with rows scaled to 1; 0 for too many rows."""
+    """Return the ratio of smallest to largest singular value of Phi_p, its rows scaled to 1; 0 for too many rows."""
     at = space.shapes[space.rotor.rows(places)]
     if len(at) > at.shape[1]:
         return 0.0
@@ -151,7 +151,7 @@ def _independence(space: ShapeSpace, places: tuple[int, ...]) -> float:
 
 
 def reduce_to_shapes(full: Matrices, space: ShapeSpace, places: tuple[int, ...]) -> Reduction:
-    """Return a free rotor in a space of shapes, with the displacements of some points among its coordinates.
+    """Reduce a free rotor to a space of shapes, with the displacements of some points among its coordinates.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def reduce_to_shapes(full: Matrices, space: ShapeSpace, places: tuple[int, ...])
     space
         The shapes.
     places
-        Node numbers whose translations come first.
+        Numbers of the nodes whose translations come first.
 
     Raises
     ------
@@ -188,9 +188,9 @@ def reduce_to_shapes(full: Matrices, space: ShapeSpace, places: tuple[int, ...])
 
 
 def reduce_to_modes(full: Matrices, count: int, nodes: tuple[int, ...]) -> Reduction:
-    """Return a free rotor in its first elastic modes, at most `count`, and all residual shapes of forces at nodes.
+    """Reduce a free rotor to its first elastic modes, at most `count`, and all residual shapes of forces at nodes.
 
-    The translations at these nodes come first. A rotor with a node without inertia is not reduced.
+    The translations at these nodes come first. If a node has no inertia, the rotor is not reduced.
 
     Raises
     ------

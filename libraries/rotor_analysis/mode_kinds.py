@@ -1,4 +1,4 @@
-"""Kinds of mode shapes: their share of rigid-body motion, and their crossings of the axis."""
+"""Kinds of mode shapes, which follow from the share of rigid-body motion and the crossings of the axis."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ModeKind(NamedTuple):
     rigid_share
         Share of the kinetic energy in the rigid-body motion nearest to the mode (1).
     crossings
-        Number of points between the ends where the shaft line crosses the axis.
+        Number of points between the ends at which the shaft line crosses the axis.
     """
 
     name: str
@@ -59,7 +59,7 @@ def kind_of(model: Matrices, z: Array, shape: Complex) -> ModeKind:
 
 
 def _crossings(displacement: Complex) -> int:
-    """Return how often the shaft line crosses the axis, in the plane and at the instant of its largest motion.
+    """Return how often the shaft line crosses the axis, seen in the plane and at the instant of its largest motion.
 
     Parameters
     ----------

@@ -1,15 +1,16 @@
 """Reach of magnets and sensors at the bending modes of the free rotor.
 
-A bearing whose law answers a displacement at its sensor with a force at its magnet adds to a mode of modal mass m
+If a bearing's control law answers a displacement at its sensor with a force at its magnet, a mode of modal mass m obeys
 
     m (q'' + 2 zeta w q' + w^2 q) = -sum_b phi_m phi_s (k + c d/dt) q                                  (1)
 
-phi_m and phi_s are the mode shape at magnet and sensor. If phi_m phi_s < 0, a node lies between them, and damping c of
-the law drives the mode. The reach of a bearing is the root of the product with its sign, over the largest |phi|:
+phi_m and phi_s are the values of the mode shape at the magnet and at the sensor. If phi_m phi_s < 0, a node of the mode
+lies between magnet and sensor, and the damping c of the law drives the mode. The reach of a bearing is the square root
+of |phi_m phi_s|, with the sign of phi_m phi_s, divided by the largest |phi|:
 
     r = sign(phi_m phi_s) sqrt(|phi_m phi_s|)/max|phi|                                                 (2)
 
-1 at an antinode that both share, 0 at a node of either.
+The reach is 1 if magnet and sensor share an antinode, and 0 if either is at a node.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ REACHED = 0.05  # least reach of a mode that is controlled
 
 @dataclass(frozen=True)
 class BearingReach:
-    """A bearing, the sensor plane next to it, and a mode shape at both over its largest value."""
+    """A bearing, the sensor plane nearest to it, and a mode shape's values at both, relative to its largest value."""
 
     bearing: str
     sensor: str
@@ -52,7 +53,7 @@ class BearingReach:
 
     @property
     def kind(self) -> str:
-        """Obstacle to damping by the bearing, in words; empty if there is none."""
+        """What prevents the bearing from damping the mode, in words; empty if nothing does."""
         if self.is_at_node:
             return "at a node"
         return "non-collocated" if self.value < 0.0 else ""
@@ -60,7 +61,7 @@ class BearingReach:
 
 @dataclass(frozen=True, eq=False)
 class ModeReach:
-    """A bending mode of the free rotor, numbered from 1, its shape at all nodes, and its reach at each bearing."""
+    """A bending mode of the free rotor: its number (from 1), its shape at all nodes, and its reach at each bearing."""
 
     number: int
     frequency: Annotated[float, "rad/s"]
@@ -71,14 +72,15 @@ class ModeReach:
     def deciding(self) -> BearingReach:
         """The bearing that drives the mode most, if any does; otherwise the bearing with the largest reach.
 
-        A bearing with a reach below -`REACHED` drives the mode: its law would require the opposite phase there.
+        A bearing with a reach below -`REACHED` drives the mode, because damping it would require a law with the
+        opposite phase.
         """
         worst = min(self.bearings, key=lambda bearing: bearing.value)
         return worst if worst.value < -REACHED else max(self.bearings, key=lambda bearing: bearing.value)
 
 
 def mode_reaches(rotor: Rotor, magnets: Sequence[str], count: int) -> list[ModeReach]:
-    """Return the first bending modes of the free rotor at rest, with the reach (2) of each magnet and nearest sensor.
+    """Return the first bending modes of the free rotor at rest, with the reach (2) of each magnet and its sensor.
 
     Parameters
     ----------
@@ -87,7 +89,7 @@ def mode_reaches(rotor: Rotor, magnets: Sequence[str], count: int) -> list[ModeR
     magnets
         Names of the bearings that are magnets.
     count
-        Number of modes; fewer if the model has fewer.
+        Number of modes; fewer if the model has fewer. The sensor of a magnet is the one nearest to it.
 
     Raises
     ------

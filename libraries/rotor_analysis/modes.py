@@ -30,7 +30,8 @@ class Mode:
         phi over the model's rows; the largest translation is 1 (no unit), or the largest slope if no node translates.
     whirl_sense
         Per node of the model, 1 for a forward circle, -1 for a backward one, 0 for a straight line, in between for an
-        ellipse: 2 Im(x conj(y)) / (|x|^2 + |y|^2). Forward is from x to y, like positive spin. 0 for a node at rest.
+        ellipse: 2 Im(x conj(y)) / (|x|^2 + |y|^2). Forward is from x to y, like positive spin. The value is 0 for a
+        node at rest.
     """
 
     eigenvalue: complex
@@ -46,14 +47,14 @@ class Mode:
     def damping_ratio(self) -> float:
         """zeta = -Re lambda / |lambda|: positive if the motion decays, negative if it grows (unstable).
 
-        1 or -1 for a real eigenvalue, 0 for motion that neither grows, decays nor oscillates.
+        It is 1 or -1 for a real eigenvalue, and 0 for motion that neither grows, decays nor oscillates.
         """
         size = abs(self.eigenvalue)
         return -self.eigenvalue.real / size if size > AT_REST else 0.0
 
     @property
     def whirl(self) -> Whirl:
-        """`forward` or `backward` if all moving nodes whirl this way; otherwise, and for straight lines, `mixed`."""
+        """`forward` or `backward` if all moving nodes whirl in that sense; `mixed` otherwise and for straight lines."""
         senses = [sense for sense in self.whirl_sense.values() if sense != 0.0]
         if senses and min(senses) > 1e-6:
             return "forward"
@@ -68,7 +69,7 @@ def modes(model: Matrices, Omega: float, count: int | None = None, omega: float 
     (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0,  Im lambda > 0
 
     If eigenvalues coincide, as for an isotropic rotor at rest, the shapes are combined into the most backward and the
-    most forward whirl. Overdamped motion does not oscillate: see `overdamped_modes`.
+    most forward whirl. Overdamped motion does not oscillate and is left out; see `overdamped_modes`.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ def damped_frequencies(model: Matrices, Omega: float, count: int | None = None) 
 
 
 def translations(model: Matrices, shape: Complex) -> Complex:
-    """Return x and y of each node of `model` in `shape`, shape (nodes, 2), nodes ascending."""
+    """Return x and y of each node of `model` in a mode shape, in ascending order of the nodes, shape (nodes, 2)."""
     return shape[[row for node in sorted(model.translations) for row in model.translations[node]]].reshape(-1, 2)
 
 
@@ -149,11 +150,11 @@ def _whirl_senses(x: Complex, y: Complex) -> list[float]:
 
 
 def _separate_whirl(model: Matrices, values: Complex, shapes: Complex) -> Complex:
-    """Replace shapes that share an eigenvalue by combinations, from the most backward to the most forward.
+    """Replace shapes that share an eigenvalue by combinations of them, from the most backward to the most forward.
 
-    Only combinations that also solve the eigenproblem are used: sum_i e_ij phi_i leaves the residual sum_i e_ij
-    (lambda_i - lambda_j) phi_i, which is large if the shapes are almost parallel because the eigenvalue is almost
-    defective.
+    Only combinations that also solve the eigenproblem are used. The combination sum_i e_ij phi_i leaves the residual
+    sum_i e_ij (lambda_i - lambda_j) phi_i. This residual is large if the eigenvalue is almost defective, because the
+    shapes are then almost parallel.
     """
     shapes, begin = shapes.copy(), 0
     for end in range(1, len(values) + 1):

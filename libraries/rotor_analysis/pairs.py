@@ -11,5 +11,5 @@ MINUS_I = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
 def turned(size: int) -> Array:
-    """Return J, which turns each pair x, y of `size` coordinates by a right angle from x to y: multiplication by i."""
+    """Return J, which turns each pair x, y of `size` coordinates by a right angle (multiplies x + i y by i)."""
     return np.kron(np.eye(size // 2), -MINUS_I)

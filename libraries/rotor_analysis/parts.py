@@ -51,7 +51,7 @@ NodeUnlessZ = Annotated[Node, Field(default=AT_Z)]  # `= AT_Z` in a class would 
 
 
 class CentreOfMass(NamedTuple):
-    """A centre of mass that lies off its node: a point that moves with the node as a rigid body, by x + offset x'.
+    """A centre of mass that lies off its node and is rigidly connected to it, so that it moves by x + offset x'.
 
     node, offset
         Node number, and distance (m) from it, positive along +z.
@@ -140,7 +140,7 @@ class Disc(_Placed):
 
 
 def _kind_of_body(value: object) -> str:
-    """Return the tag of a body: one with a radius or a width is a disc."""
+    """Return the tag of a body: `disc` if it has a radius or a width, otherwise `body`."""
     if isinstance(value, dict):
         return "disc" if {"radius", "width"} & set(value) else "body"
     return "disc" if isinstance(value, Disc) else "body"
@@ -176,10 +176,11 @@ class Bearing(_Placed):
 
     f = -(K q + C q' + M q''),   q = (x, y) of the shaft there, f the force on it                  (1)
 
-    K = [[k, Q], [-Q, k]] with Q > 0 drives forward whirl: on a forward circle q = (cos, sin) its cross-coupled part is
-    f = Q (-sin, cos), along the velocity.
+    K = [[k, Q], [-Q, k]] with Q > 0 drives forward whirl, because on a forward circle q = (cos, sin) the cross-coupled
+    part of the force is f = Q (-sin, cos), along the velocity.
 
-    Moments resist tilt in the same way, with the slopes (x', y') of the shaft there, positive if x or y grows along z:
+    In the same way, moments resist the slopes (x', y') of the shaft at the bearing, which are positive if x or y
+    increases along z:
 
         m = -(K_t s + C_t s'),   s = (dx/dz, dy/dz), m the moments on the shaft that turn x and y towards z    (2)
 
@@ -221,8 +222,8 @@ class Bearing(_Placed):
     def at(self, Omega: float) -> tuple[Array, Array, Array]:
         """Return K (N/m), C (N s/m) and M (kg) of (1) at spin speed Omega (rad/s), shape (2, 2) each.
 
-        Between two speeds of the table each coefficient stays between its values there (`interpolant`); outside the
-        table it has the value at the nearest speed.
+        Between two speeds of the table, each coefficient stays between its values at these speeds (`interpolant`);
+        outside the table, it has its value at the nearest speed.
         """
         if not self.at_speed:
             return np.array(self.stiffness), np.array(self.damping), np.array(self.mass)
@@ -232,7 +233,7 @@ class Bearing(_Placed):
 
     @property
     def tilting(self) -> Bearing | None:
-        """Moments (2), as a bearing whose forces (1) act on slopes instead of displacements; None if there are none."""
+        """Moments (2), as a bearing whose forces (1) act on slopes instead of displacements; None without moments."""
         tensors = [self.tilt_stiffness, self.tilt_damping]
         tensors += [tensor for row in self.at_speed for tensor in (row.tilt_stiffness, row.tilt_damping)]
         if all(tensor == NO_TENSOR for tensor in tensors):
@@ -253,7 +254,7 @@ class Bearing(_Placed):
 
 
 def table_speeds(parts: Iterable[Bearing]) -> list[float]:
-    """Return the spin speeds (rad/s) of all entries of tables of bearings and seals, ascending."""
+    """Return the spin speeds (rad/s) of all entries in the tables of bearings and seals, ascending."""
     return sorted({row.speed for part in parts for row in part.at_speed})
 
 

@@ -23,7 +23,8 @@ class Peak:
     Omega, amplitude
         Speed (rad/s) and amplitude at the peak.
     amplification
-        AF = Omega/(Omega_2 - Omega_1), with the speeds where the amplitude is 1/sqrt(2) of the peak.
+        AF = Omega/(Omega_2 - Omega_1), where Omega_1 and Omega_2 are the speeds at which the amplitude is 1/sqrt(2) of
+        the peak.
     from_single_side
         Whether only one of these speeds exists, so that the width is twice its distance from the peak.
     """
@@ -35,17 +36,17 @@ class Peak:
 
 
 def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
-    """Return the peaks of a response, with their amplification by the half-power width.
+    """Return the peaks of a response, each with its amplification according to the half-power width.
 
-    A maximum is not a peak if the amplitude falls to 1/sqrt(2) on neither side before it rises higher. Between samples
-    the inverse square of the amplitude is interpolated, which near a resonance is a parabola.
+    A maximum is a peak only if, on at least one side, the amplitude falls to 1/sqrt(2) of it before rising above it.
+    Between samples, the inverse square of the amplitude is interpolated, because near a resonance it is a parabola.
 
     Parameters
     ----------
     speeds
-        Ascending (rad/s), shape (n,), closely spaced about each peak (`refined_response`).
+        Ascending speeds (rad/s), shape (n,), closely spaced about each peak (`refined_response`).
     amplitudes
-        Amplitudes there, shape (n,).
+        Amplitudes at these speeds, shape (n,).
     """
     result = []
     for k in np.flatnonzero((amplitudes[1:-1] >= amplitudes[:-2]) & (amplitudes[1:-1] > amplitudes[2:])) + 1:
@@ -62,9 +63,10 @@ def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
 
 
 def highest_peaks(speeds: Array, curves: Mapping[str, Array]) -> list[tuple[str, Peak]]:
-    """Return the peaks of the amplitudes at several places, ascending, with the place where each is highest.
+    """Return the peaks of the amplitudes at several locations by speed, with the location where each is highest.
 
-    Peaks at two places count as the same critical speed if their distance is at most half of the half-power width.
+    Peaks at two locations count as the same critical speed if their speeds differ by at most half of the half-power
+    width.
     """
     peaks = [(name, peak) for name, amplitudes in curves.items() for peak in peaks_of(speeds, amplitudes)]
     groups: list[list[tuple[str, Peak]]] = []
@@ -78,7 +80,7 @@ def highest_peaks(speeds: Array, curves: Mapping[str, Array]) -> list[tuple[str,
 
 
 def _crossing(speeds: Array, values: Array, level: float, lowest: float) -> float | None:
-    """Return the first speed at which `values` reach a level; None if they fall below `lowest` before it."""
+    """Return the first speed at which `values` reach `level`; None if they never do, or first fall below `lowest`."""
     beyond = np.flatnonzero(values >= level)
     if not len(beyond) or values[: beyond[0]].min() < lowest * (1.0 - 1e-6):
         return None
@@ -99,7 +101,7 @@ def _peak(Omega: float, height: float, before: float | None, after: float | None
 
 
 def separation_margin(Omega: float, lowest: float, highest: float) -> float:
-    """Return the distance (%) of a critical speed from the nearer end of the operating speeds; negative within them."""
+    """Return the distance (%) of a critical speed from the nearer end of the operating range; negative inside it."""
     if Omega < lowest:
         return 100.0 * (lowest - Omega) / lowest
     if Omega > highest:

@@ -25,10 +25,8 @@ def receptance(speeds: Array, k_b: float = 1e6, c_b: float = 5000.0, rotor: Roto
     rotor
         A rotor description; by default the packs' default rotor.
 
-    Returns
-    -------
-    array, shape (n, 8, 4), complex
-        m/N; sensors by forces along x and y of each bearing.
+    Returns ------- array, shape (n, 8, 4), complex m/N; rows are sensors, columns are forces along x and y of each
+    bearing.
     """
     rotor = (rotor or load_rotor()).on_equal_bearings(k_b, c_b)
     rotor_model = supported_plant(rotor)

@@ -21,17 +21,17 @@ WITHIN = 1e-3  # relative width at which the bisection of the limit ends
 
 @dataclass(frozen=True, eq=False)
 class ReceptanceError:
-    """Error of the receptance of a plant's model between bearings and contact sites.
+    """Error of the plant model's receptance between bearings and contact sites.
 
     accuracy
         Error up to which the model counts as accurate.
     limit
-        Lowest frequency at which the error exceeds it (rad/s); infinite if there is none.
+        Lowest frequency (rad/s) at which the error exceeds `accuracy`; infinite if there is none.
     frequencies
         A quarter, a half, one and two times the limit (rad/s), shape (4,); empty if the limit is infinite.
     error, spinning
-        Error at these frequencies for the rotor at rest, and for whirl in either direction when the rotor spins as
-        fast, shape (4,) each.
+        Error at these frequencies for the rotor at rest, and for whirl in either direction when the rotor spins at the
+        same frequency, shape (4,) each.
     """
 
     accuracy: float
@@ -42,13 +42,14 @@ class ReceptanceError:
 
 
 def receptance_error(rotor: Rotor) -> ReceptanceError | None:
-    """Return the error of the plant's model (`reduced_rotor`) for the accuracy in the rotor file.
+    """Return the receptance error of the plant's model (`reduced_rotor`), with the accuracy set in the rotor file.
 
     max |H_ij reduced - H_ij| / sqrt(S_i S_j), with S_i the sum of magnitudes of all modal terms of H_ii (m/N)     (1)
 
-    i and j are the planes of bearings and sites (`force_nodes`), of the undamped free rotor. The limit applies to the
-    rotor at rest. Gyroscopic moments couple retained and omitted shapes, so that the error grows with the spin; S_i
-    remains the value at rest. The result is None if a node has no inertia, because such a rotor has no plant.
+    i and j are the planes of bearings and sites (`force_nodes`); the rotor is free and undamped. The limit applies to
+    the rotor at rest. Gyroscopic moments couple retained and omitted shapes, so the error grows with the spin speed,
+    although S_i remains the value at rest. The result is None if a node has no inertia, because such a rotor has no
+    plant.
     """
     full, nodes, accuracy = assemble(rotor), force_nodes(rotor), rotor.reduction.accuracy
     if lacks_inertia(full.M, full.K):
@@ -79,7 +80,7 @@ def receptance_error(rotor: Rotor) -> ReceptanceError | None:
 def _error(
     full: Matrices, free: FreeRotor, plant: Reduction, nodes: tuple[int, ...], omega: float, spin: float
 ) -> float:
-    """Return the error (1) at a frequency and a spin speed (rad/s) along the whirl, negative against it."""
+    """Return the error (1) at a frequency and a spin speed (rad/s); a negative spin is against the whirl."""
     rows = full.rows(nodes)[::2]
     right, left = plant.right[rows, ::2], plant.left[::2, rows]
     places = free.rows(nodes)

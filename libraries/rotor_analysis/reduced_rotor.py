@@ -27,7 +27,7 @@ HOLDS_WITHIN = 0.01  # relative error of the natural frequency up to which a red
 
 @dataclass(frozen=True)
 class ReductionError:
-    """Errors of a reduced rotor at rest on its bearings, by mode.
+    """Errors in the natural frequencies of a reduced rotor at rest on its bearings, by mode.
 
     frequencies
         Natural frequencies of the full model (rad/s), ascending, shape (n,): of one plane if both are alike, otherwise
@@ -42,13 +42,13 @@ class ReductionError:
 
 @dataclass(frozen=True)
 class WhirlError:
-    """Errors of the whirl frequencies of a reduced free rotor that spins, by mode.
+    """Errors in the whirl frequencies of a spinning, reduced free rotor, by mode.
 
     speed
         Spin speed (rad/s).
     forward, backward
-        Frequencies of whirl of the full model (rad/s), ascending, shapes (count + 1,) and (count,). The slowest forward
-        whirl of a rotor that does not bend is due to its gyroscopic moment.
+        Frequencies of forward and backward whirl of the full model (rad/s), ascending, shapes (count + 1,) and
+        (count,). The slowest forward whirl of a rotor that does not bend is due to its gyroscopic moment.
     forward_error, backward_error
         Relative errors of the reduced model (%); NaN for modes that it does not have.
     """
@@ -63,15 +63,16 @@ class WhirlError:
 def reduced_rotor(rotor: Rotor) -> Reduction:
     """Return the plant's model of the free rotor, without its bearings.
 
-    The translations x and y of some planes come first, in order, then the other coordinates: with free modes the planes
-    of bearings and sites, with MSDC the masters. Without reduction, or with free modes if some node has no inertia, the
-    coordinates are x, y and the slopes x', y' of every node. By default MSDC's masters are the planes of discs,
-    bearings, seals, sites and sensors, and as many others as the first modes require.
+    The translations x and y of some planes come first, in order, followed by the other coordinates. With free modes,
+    the planes are those of bearings and sites; with MSDC, they are the masters. Without reduction, or with free modes
+    if some node has no inertia, the coordinates are x, y and the slopes x', y' of every node. By default MSDC's masters
+    are the planes of discs, bearings, seals, sites and sensors, and as many others as the first modes require.
 
     Parameters
     ----------
     rotor
-        Its description, with `reduction` and, for the number of modes that MSDC must keep accurate, `mesh`.
+        Description of the rotor; its `reduction` selects the method, and its `mesh` the number of modes that MSDC must
+        keep accurate.
 
     Raises
     ------
@@ -88,12 +89,15 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
 
 
 def elastic_shapes(rotor: Rotor) -> tuple[int, int]:
-    """Return the number of elastic shapes in a plane of motion, of the plant's model and of the full model."""
+    """Return the numbers of elastic shapes per plane of motion in the plant's model and in the full model."""
     return reduced_rotor(rotor).model.size // 2 - 2, 2 * len(rotor.shaft.nodes) - 2
 
 
 def with_modes(rotor: Rotor, modes: int) -> Rotor:
-    """Return the rotor with `modes` elastic modes in each plane of motion of its plant, accurate at the same speed."""
+    """Return the rotor with a plant that has `modes` elastic modes per plane of motion.
+
+    The spin speed at which the plant is accurate stays the same.
+    """
     by_modes = rotor.reduction if rotor.reduction.method == "free_modes" else ReductionOptions("free_modes")
     return replace(rotor, reduction=replace(by_modes, modes=modes, band=None))
 
@@ -101,8 +105,8 @@ def with_modes(rotor: Rotor, modes: int) -> Rotor:
 def with_modes_up_to(rotor: Rotor, highest: float) -> Rotor:
     """Return the rotor whose plant has all free modes up to a frequency (rad/s), for analyses of its control.
 
-    The modes above act through their residual shapes, all of which are retained (`modal_reduction`). A rotor with a
-    node without inertia, or without reduction, is returned unchanged, because it contains all elements.
+    Higher modes act through their residual shapes, all of which are retained (`modal_reduction`). A rotor without
+    reduction, or with a node that has no inertia, is returned unchanged, because its plant contains all elements.
     """
     full = assemble(rotor)
     if rotor.reduction.method == "none" or lacks_inertia(full.M, full.K):
@@ -112,7 +116,7 @@ def with_modes_up_to(rotor: Rotor, highest: float) -> Rotor:
 
 
 def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
-    """Return the errors of `reduced_rotor` in the frequencies of the first `count` modes of a plane of motion."""
+    """Return the errors of `reduced_rotor` in the natural frequencies of the first `count` modes in one plane."""
     full, plant = on_bearings(assemble(rotor), rotor), reduced_rotor(rotor)
     reduced = reduce_by(full, plant.model.translations, plant.right, plant.left).model
     exact, approximate = (undamped_frequencies(model, rotor, count) for model in (full, reduced))
@@ -122,9 +126,10 @@ def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
 
 
 def whirl_error(rotor: Rotor, count: int = 6) -> WhirlError | None:
-    """Return the errors of the plant's frequencies of whirl at the speed that the rotor file states.
+    """Return the errors in the plant's whirl frequencies at the speed that the rotor file states.
 
-    The result is None if the file states none, or if a node has no inertia, because such a rotor has no plant.
+    The result is None if the file states no speed. It is also None if a node has no inertia, because such a rotor has
+    no plant.
     """
     full, speed = assemble(rotor), rotor.reduction.speed
     if not speed or lacks_inertia(full.M, full.K):
@@ -136,7 +141,7 @@ def whirl_error(rotor: Rotor, count: int = 6) -> WhirlError | None:
 
 
 def _whirl(model: Matrices, speed: float) -> Array:
-    """Return all frequencies of `whirl` (rad/s) of a free rotor."""
+    """Return all whirl frequencies (rad/s) of a free rotor, in the order of `whirl`."""
     free = free_rotor(model)
     frequencies = np.concatenate([np.zeros(2), free.frequencies])
     return whirl(frequencies, free.modes(len(free.frequencies)), speed * model.G[::2, 1::2])[0]
@@ -145,9 +150,9 @@ def _whirl(model: Matrices, speed: float) -> Array:
 def valid_to(full: Matrices, reduced: Matrices) -> float:
     """Return the frequency (rad/s) up to which a reduction of the free rotor is valid.
 
-    It is the natural frequency of the highest elastic mode such that this and all lower modes are within 1 % of the
-    full model, for the undamped rotor at rest without bearings; 0 if there is none. The error of the mesh is not
-    included.
+    The modes are those of the undamped rotor at rest without bearings. The limit is the natural frequency of the
+    highest elastic mode for which this and all lower modes are within 1 % of the full model, or 0 if there is no such
+    mode. The error of the mesh is not included.
 
     Parameters
     ----------
@@ -167,7 +172,7 @@ def force_nodes(rotor: Rotor) -> tuple[int, ...]:
 
 
 def _by_free_modes(full: Matrices, rotor: Rotor) -> Reduction:
-    """Return the reduction to free modes, residual and spinning shapes, as set in the rotor file."""
+    """Return the reduction to free modes, residual shapes and spinning shapes, as set in the rotor file."""
     if lacks_inertia(full.M, full.K):
         return unreduced(full)
     free, forces, options = free_rotor(full), force_nodes(rotor), rotor.reduction

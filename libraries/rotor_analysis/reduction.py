@@ -16,10 +16,10 @@ class Reduction:
     """A reduced model and its relation to the full model.
 
     model
-        Matrices on the coordinates: x and y of some planes in order, then those of the modes.
+        Matrices in the reduced coordinates: x and y of some planes in order, then the coordinates of the modes.
     right, left
-        Full displacement = `right` @ coordinates, reduced force = `left` @ full force. For symmetric K `left` is the
-        transpose of `right`; cross-coupled bearings make them differ.
+        Full displacement = `right` @ coordinates, reduced force = `left` @ full force. For symmetric K, `left` is the
+        transpose of `right`; with cross-coupled bearings, it is not.
     """
 
     model: Matrices
@@ -51,13 +51,13 @@ def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
 
 
 def unreduced(full: Matrices) -> Reduction:
-    """Return a model without reduction, with slopes among its coordinates."""
+    """Return a `Reduction` that reduces nothing, so that slopes remain among the coordinates."""
     identity = np.eye(full.size)
     return Reduction(full, identity, identity)
 
 
 def _static(full: Matrices, planes: tuple[int, ...]) -> tuple[Array, Array]:
-    """`right` and `left` of the static condensation to `planes`."""
+    """Return `right` and `left` of the static condensation to `planes`."""
     unknown = [node for node in planes if node not in full.translations]
     if unknown:
         raise ValueError(f"planes {unknown} are not in the model; there are {sorted(full.translations)}")
@@ -81,12 +81,12 @@ def _static(full: Matrices, planes: tuple[int, ...]) -> tuple[Array, Array]:
 
 
 def _in_turn(planes: tuple[int, ...]) -> dict[int, tuple[int, int]]:
-    """The rows of x and y at the planes, which come first."""
+    """Return the rows of x and y by plane, for a model in which these rows come first."""
     return {node: (2 * i, 2 * i + 1) for i, node in enumerate(planes)}
 
 
 def reduce_by(full: Matrices, translations: dict[int, tuple[int, int]], right: Array, left: Array) -> Reduction:
-    """Return `full` in other coordinates, with their rows of x and y at the planes; see `Reduction`.
+    """Return `full` in other coordinates, with x and y at the planes in the rows `translations`; see `Reduction`.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def reduce_by(full: Matrices, translations: dict[int, tuple[int, int]], right: A
 
 
 def _slopes(full: Matrices, right: Array, left: Array) -> tuple[Array, Array] | None:
-    """Return the maps of all slopes in the coordinates of a reduction; None if the model has none."""
+    """Return the maps of all slopes in the coordinates of a reduction; None if the model has no slopes."""
     if full.slopes is not None:
         return full.slopes[0] @ right, left @ full.slopes[1]
     if full.size != 4 * len(full.translations):

@@ -1,17 +1,18 @@
-"""Samples of curves, added about each maximum until the largest sample has the height of the curve's maximum.
+"""Sampling of curves: samples are added about each maximum until the largest sample is as high as the maximum.
 
 Near a resonance a response is h = a/(x - x_0 - j sigma), so that the inverse of its square is a parabola:
 
     |h|^-2 = ((x - x_0)^2 + sigma^2)/|a|^2                                                        (1)
 
-Three samples determine x_0 and sigma, even of a peak that is much narrower than their spacing. If the parabola predicts
-a higher maximum than the samples, or they are too far apart, samples are added at x_0 + sigma tan(psi), which divides
-the circle of h evenly, and halfway between a maximum and a neighbour that is less than half as high.
+Three samples determine x_0 and sigma, even of a peak that is much narrower than their spacing. Samples are added if the
+parabola predicts a higher maximum than the samples show, or if the samples are too far apart. They are added at x_0 +
+sigma tan(psi), which divides the circle of h evenly, and halfway between a maximum and a neighbour that is less than
+half as high.
 
-Three samples of any other curve do not show a peak that is narrower than their spacing: they may lie evenly on its
-flanks, about a sample that is not its top. A maximum is therefore accepted only if the second differences at its
-neighbours are about as large as at the maximum; otherwise the intervals about it are halved. A maximum at an end is
-accepted if a sample close to it is lower.
+On any other curve, three samples do not show a peak that is narrower than their spacing, because the outer two may lie
+evenly on its flanks while the middle one is not at its top. A maximum is therefore accepted only if the second
+differences at its neighbours are about as large as at the maximum; otherwise the intervals on both sides of it are
+halved. A maximum at an end is accepted if a sample close to it is lower.
 """
 
 from __future__ import annotations
@@ -48,26 +49,27 @@ def refined(
     *,
     resonant: bool = True,
 ) -> tuple[Array, Samples]:
-    """Return samples of curves, among them their maxima, between the first and the last.
+    """Return samples of curves between the first and the last sample, added until they include each maximum.
 
     Parameters
     ----------
     evaluate
-        Returns values at some x, shape (n, ...).
+        Function that returns the values at any x, shape (n, ...).
     x
-        First samples, ascending, shape (n,).
+        Initial samples, ascending, shape (n,).
     heights
-        Returns, from values, the curves whose maxima are refined, shape (n, ...). Minima are maxima of minus a curve.
+        Function that returns the curves whose maxima are refined, computed from the values, shape (n, ...). To refine
+        minima, it can return a curve with the opposite sign.
     accuracy
         Relative accuracy of each maximum.
     resonant
-        Whether maxima above 0 are resonances by (1); otherwise the curves are smooth, and are themselves interpolated
-        by parabolas.
+        Whether maxima above 0 are resonances (1); if not, the curves are smooth and are interpolated directly by
+        parabolas.
 
     Returns
     -------
     x, values
-        Ascending, shape (m,), with the first samples among them; values there, shape (m, ...).
+        Samples in ascending order, including the initial ones, shape (m,), and the values at them, shape (m, ...).
     """
     values = evaluate(x)
     for _ in range(ROUNDS):
@@ -80,18 +82,18 @@ def refined(
 
 
 def with_samples(x: Array, more: Iterable[float]) -> Array:
-    """Return x, ascending, with the values of `more` that lie between its ends, such as the entries of a table."""
+    """Return x, ascending, with added values of `more`, such as entries of a table, that lie between its ends."""
     return np.sort(np.concatenate([x, _between(np.array(list(more), dtype=np.float64), x)]))
 
 
 def about_resonances(x: Array, resonances: Sequence[tuple[float, float]]) -> Array:
-    """Return x with samples about resonances (x_0, half width sigma) that lie between its ends."""
+    """Add samples between the ends of x about resonances, given by position x_0 and half-width sigma."""
     limits = [(at, width, -np.inf, np.inf) for at, width in resonances]
     return np.sort(np.concatenate([x, _between(_fans(limits, CIRCLE), x)]))
 
 
 def _additional_samples(x: Array, h: Array, accuracy: float, may_resonate: bool) -> Array:
-    """Return samples to add about the maxima of any column of h that are not yet resolved."""
+    """Return the samples to add about maxima, in any column of h, that are not yet resolved."""
     if len(x) < 3:
         return np.empty(0)
     ends = [*_next_to_first(x, h), *(-at for at in _next_to_first(-x[::-1], h[::-1]))]
@@ -133,14 +135,14 @@ def _may_be_narrow(x: Array, h: Array, k: Indices, curve: Indices) -> Array:
 
 
 def _next_to_first(x: Array, h: Array) -> list[float]:
-    """Return a sample close to the first where a column of h is largest there and its slope is not yet visible."""
+    """Return a sample close to the first if a column of h is largest there and its slope is not yet visible."""
     first = x[1] - x[0]
     is_wide = first > END * (x[-1] - x[0]) and first > NEXT * (x[2] - x[1])
     return [float(x[0] + 0.5 * NEXT * first)] if is_wide and (h[0] > h[1]).any() else []
 
 
 def _fans(peaks: Sequence[tuple[float, float, float, float]], offsets: Array = FAN) -> Array:
-    """Return samples about peaks (position, half width, smallest and largest sample).
+    """Return samples about peaks, each given by its position, half-width, and smallest and largest allowed sample.
 
     Of several peaks at about the same position, only the sharpest gets samples.
     """
@@ -155,12 +157,12 @@ def _fans(peaks: Sequence[tuple[float, float, float, float]], offsets: Array = F
 
 
 def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
-    """Return position, value and second divided difference of the minimum of the parabola through three samples.
+    """Return position and value of the minimum of a parabola through three samples, and its second divided difference.
 
     Parameters
     ----------
     x, g
-        Ascending, and values, the second of which is the smallest, shape (3, ...).
+        Ascending positions and their values, the second of which is the smallest, shape (3, ...).
     """
     before, after = x[0] - x[1], x[2] - x[1]
     rise, fall = (g[0] - g[1]) / before, (g[2] - g[1]) / after
@@ -170,7 +172,7 @@ def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
 
 
 def _between(more: Array, x: Array) -> Array:
-    """Return the values of `more`, ascending and unrepeated, that lie between the ends of x and are not in x."""
+    """Return those values of `more` that lie between the ends of x and are not in x, ascending and unrepeated."""
     distinct = np.unique(more[(more > x[0]) & (more < x[-1])])
     distinct = distinct[np.diff(distinct, prepend=-np.inf) > SAME * np.abs(distinct)]
     after = np.clip(np.searchsorted(x, distinct), 1, len(x) - 1)

@@ -2,10 +2,10 @@
 
     D(Omega) q = Omega^2 (u, -i u),    D = H + i S with H and S Hermitian                         (1)
 
-At a critical speed an eigenvalue of H is zero: inertia and stiffness cancel in its shape v, for any unbalance, and only
-S limits the motion. Eigenvalues of H in ascending order are continuous, so each change of sign between two speeds is a
-critical speed, even if several change at once. Near it (v* D v) is lambda' (Omega - Omega_0) + i v* S v, and the half
-width of the peak is
+At a critical speed, an eigenvalue of H is zero. Inertia and stiffness then cancel in its shape v for any unbalance, so
+only S limits the motion. Eigenvalues of H in ascending order are continuous, so each change of sign between two speeds
+indicates a critical speed, even if several eigenvalues change sign at once. Near it (v* D v) is lambda' (Omega -
+Omega_0) + i v* S v, and the half-width of the peak is
 
     sigma = |v* S v|/|lambda'|                                                                    (2)
 """
@@ -25,19 +25,19 @@ CLOSE = 1e-9  # relative error of a critical speed
 
 
 def resonances(stiffness: Callable[[float], Complex], speeds: Array) -> list[tuple[float, float]]:
-    """Return the critical speeds between the first and the last of some speeds, and their half widths by (2).
+    """Return the critical speeds between the first and the last of some speeds, and their half-widths (2).
 
     Parameters
     ----------
     stiffness
-        D of (1) at a speed.
+        Function that returns D of (1) at a speed.
     speeds
-        Ascending (rad/s), shape (n,); between two of them an eigenvalue may change its sign once.
+        Ascending (rad/s), shape (n,); between two neighbouring speeds, an eigenvalue may change its sign at most once.
 
     Returns
     -------
     list
-        Critical speed and half width (rad/s), ascending.
+        Critical speeds with their half-widths (rad/s), ascending.
     """
 
     @cache
@@ -54,7 +54,7 @@ def resonances(stiffness: Callable[[float], Complex], speeds: Array) -> list[tup
 
 
 def _half_width(stiffness: Callable[[float], Complex], Omega: float, k: int, step: float) -> float:
-    """Return the half width (rad/s) of the critical speed at which eigenvalue k of H is zero."""
+    """Return the half-width (rad/s) of the peak at the critical speed where eigenvalue k of H is zero."""
     D, D_next = stiffness(Omega), stiffness(Omega + step)
     _, shapes = np.linalg.eigh(0.5 * (D + D.conj().T))
     v = shapes[:, k]

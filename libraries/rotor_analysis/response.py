@@ -52,8 +52,8 @@ def unbalance_response(
     rotor_model
         The rotor on its bearings, full or condensed. Unbalance at a node that is not a master acts through (3.13).
     unbalance
-        Complex unbalance by node number or by centre of mass off its node, u exp(i phi) (kg m); at theta + phi = 0 it
-        pulls along x.
+        Complex unbalance u exp(i phi) (kg m), by node number or by centre of mass off its node; at theta + phi = 0 the
+        unbalance pulls along x.
     speeds
         Spin speeds (rad/s), shape (n,).
     nodes
@@ -80,7 +80,7 @@ def synchronous_motion(
     speeds: Array,
     nodes: tuple[int, ...],
 ) -> Complex:
-    """Return X and Y (m) at nodes under several cases of unbalance, shape (speeds, cases, nodes, 2), complex.
+    """Return X and Y (m) at nodes for several cases of unbalance, complex, shape (speeds, cases, nodes, 2).
 
     stiffness(Omega) Q = Omega^2 (u, -i u)
 
@@ -91,7 +91,7 @@ def synchronous_motion(
     stiffness
         Dynamic stiffness of the rotor with all its supports, in the coordinates of `rotor_model`.
     cases
-        Unbalance (kg m) by node or centre of mass, of each case.
+        For each case, the unbalance (kg m) by node or centre of mass.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def synchronous_motion(
 
 
 def unbalance_vector(rotor_model: SupportedRotor, unbalance: Mapping[Point, complex]) -> Complex:
-    """Return the unbalance in the model's coordinates (kg m), shape (size,): the synchronous force over Omega^2."""
+    """Return the unbalance (kg m) in the model's coordinates, shape (size,): synchronous force divided by Omega^2."""
     for point, u in unbalance.items():
         require(bool(np.isfinite(u)), f"unbalance at node {seat(point)}", f"{u} kg m", "finite")
     components = np.array([component for u in unbalance.values() for component in (u, -1j * u)], dtype=np.complex128)
@@ -122,7 +122,7 @@ def unbalance_vector(rotor_model: SupportedRotor, unbalance: Mapping[Point, comp
 
 
 def orbit(amplitudes: Complex) -> tuple[Array, Array, Array]:
-    """Return semi-axes and phase of the elliptic orbits of complex amplitudes X, Y.
+    """Return the semi-axes and phases of the elliptic orbits whose complex amplitudes are X and Y.
 
     x + i y = r_f exp(i theta) + r_b exp(-i theta),  r_f = (X + i Y) / 2,  r_b = conj(X - i Y) / 2
 

@@ -24,7 +24,7 @@ class RigidBody:
 
 
 def rigid_body(rotor: Rotor) -> RigidBody:
-    """Return mass, centre of mass and inertias, from the kinetic energy of rigid motion in the consistent model."""
+    """Return the mass, centre of mass and inertias, from the kinetic energy of rigid motion in the consistent model."""
     model = assemble(rotor, "consistent")
     M, G = model.M[::2, ::2], model.G[::2, 1::2]
     translation, tilt = np.zeros((2, len(M)))
@@ -36,7 +36,7 @@ def rigid_body(rotor: Rotor) -> RigidBody:
 
 
 def floating_motions(rotor: Rotor, speeds: Array) -> int:
-    """Return how many of the rotor's four rigid-body motions no bearing or seal resists with stiffness at any speed.
+    """Return how many of the rotor's four rigid-body motions no stiffness of a bearing or seal resists at any speed.
 
         rank of  sum_b R_b^T K_b R_b + T^T K_t,b T,   R_b = [1, (z_b - z_0)/L],   T = [0, 1/L]
 

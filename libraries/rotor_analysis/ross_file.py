@@ -18,7 +18,7 @@ from rotor_analysis.rotor import Rotor
 
 
 class ImportedRotor(NamedTuple):
-    """The content of a rotor file, notes on the differences from ROSS, and the magnetic bearings by name."""
+    """The content of a rotor file, notes on the differences from ROSS, and a mapping of names to magnetic bearings."""
 
     content: dict[str, Any]
     notes: list[str]
@@ -28,16 +28,16 @@ class ImportedRotor(NamedTuple):
 def read_ross(path: Path, frequency: float | None = None) -> ImportedRotor:
     """Return a rotor saved by ROSS as the content of a rotor file.
 
-    Its discs are planes of unbalance; it has no contact sites; its sensors are the sensors of magnetic bearings.
+    Its discs are planes of unbalance, and its sensors are those of the magnetic bearings; it has no contact sites.
 
     Parameters
     ----------
     path
         The file.
     frequency
-        Whirl frequency (rad/s) at which coefficients over frequency are evaluated, because a rotor file contains them
-        only over speed. By default the coefficients of magnetic bearings are evaluated at the lowest frequency of their
-        tables.
+        Whirl frequency (rad/s) at which coefficients over frequency are evaluated, because a rotor file contains
+        coefficients only as functions of speed. By default the coefficients of magnetic bearings are evaluated at the
+        lowest frequency of their tables.
 
     Raises
     ------
@@ -166,7 +166,7 @@ def _shaft(elements: list[SavedShaftElement]) -> dict[str, Any]:
 
 
 def _damping(element: SavedShaftElement) -> dict[str, Any]:
-    """Return the table `damping`, or nothing if there is none; ROSS defines damping in the fixed frame."""
+    """Return the table `damping`, or no table if there is no damping; ROSS defines damping in the fixed frame."""
     values = {"mass": element.alpha, "stiffness": element.beta}
     return {"damping": values | {"rotating": 0.0}} if any(values.values()) else {}
 
@@ -189,7 +189,7 @@ def _collapsed(values: list[Any]) -> Any:
 
 
 def _coefficients(bearing: SavedBearing, frequency: float | None) -> dict[str, Any]:
-    """Return stiffness, damping and, if any, mass, at one or several speeds."""
+    """Return the stiffness, the damping and any mass of a bearing, at one or several speeds."""
     if bearing.frequency:
         omega = _frozen_at(bearing, frequency)
         return _tensors(_frozen(bearing, omega))[0] | {"whirl_frequency": f"{omega!r} rad/s"}
@@ -205,17 +205,17 @@ def _coefficients(bearing: SavedBearing, frequency: float | None) -> dict[str, A
 
 
 def _frozen_at(bearing: SavedBearing, frequency: float | None) -> float:
-    """Return the whirl frequency (rad/s) at which coefficients are evaluated; by default the lowest of the table."""
+    """Return the whirl frequency (rad/s) at which coefficients are evaluated; by default the lowest in the table."""
     return (bearing.frequency or [0.0])[0] if frequency is None else frequency
 
 
 def _frozen(bearing: SavedBearing, frequency: float) -> SavedBearing:
-    """Return the bearing with its coefficients at a whirl frequency (rad/s), by monotone cubics as in ROSS.
+    """Return the bearing with coefficients interpolated at a whirl frequency (rad/s) by monotone cubics, as in ROSS.
 
     Raises
     ------
     ValueError
-        If the frequency is outside its table.
+        If the frequency is outside the bearing's table.
     """
     from scipy.interpolate import PchipInterpolator  # slow to import
 
@@ -231,7 +231,7 @@ def _frozen(bearing: SavedBearing, frequency: float) -> SavedBearing:
 
 
 def _tensors(bearing: SavedBearing) -> list[dict[str, Any]]:
-    """Return stiffness, damping and, if any, mass as [[xx, xy], [yx, yy]] at each speed."""
+    """Return the stiffness, the damping and any mass as [[xx, xy], [yx, yy]] at each speed."""
     count = len(bearing.speed or [0.0])
     rows: list[dict[str, Any]] = [{} for _ in range(count)]
     for key, letter in (("stiffness", "k"), ("damping", "c"), ("mass", "m")):

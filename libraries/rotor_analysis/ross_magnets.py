@@ -13,7 +13,7 @@ TOLERANCE = 1e-6  # of a table's stiffness, by which that of the magnet may diff
 
 
 class SavedMagnet(SavedElement):
-    """A magnetic bearing of two equal axes; lengths in m, `ag` in m^2, `i0` in A, `alpha` in rad, gains per metre.
+    """A magnetic bearing with two equal axes; lengths in m, `ag` in m^2, `i0` in A, `alpha` in rad, gains per metre.
 
     g0, ag, nw, alpha, i0
         Gap, area of a pole, turns of two poles in series, half angle between the poles, bias current.
@@ -37,7 +37,7 @@ class SavedMagnet(SavedElement):
     sensor_node: int
 
     def dynamic_stiffness(self, omega: float) -> complex:
-        """Return the stiffness of the closed axis (N/m) at a whirl frequency (rad/s).
+        """Return the closed-loop stiffness of an axis (N/m) at a whirl frequency (rad/s).
 
         K(s) = k_s + k_i k_amp k_sense [k_p + k_I/s + k_d s/(1 + s/n_f)],   s = j omega     (1)
         k_i = mu_0 n_w^2 a_g i_0 cos(alpha)/g_0^2,   k_s = -k_i i_0/g_0

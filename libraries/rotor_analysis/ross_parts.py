@@ -10,7 +10,7 @@ STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 class SavedMaterial(BaseModel):
-    """E and G_s in Pa, rho in kg/m^3."""
+    """A material, with E and G_s in Pa and rho in kg/m^3."""
 
     model_config = STRICT
 
@@ -21,7 +21,7 @@ class SavedMaterial(BaseModel):
 
 
 class SavedElement(BaseModel):
-    """Data of every part: its name and its node, from 0."""
+    """The data that every part has: its name and its node number, counted from 0."""
 
     model_config = STRICT
 
@@ -30,7 +30,7 @@ class SavedElement(BaseModel):
 
 
 class SavedShaftElement(SavedElement):
-    """An element of the shaft from its node to the next; l and r are its ends, alpha and beta its damping."""
+    """An element of the shaft from its node to the next; l and r denote its ends, alpha and beta its damping."""
 
     L: float = Field(gt=0.0)
     odl: float
@@ -49,7 +49,7 @@ class SavedShaftElement(SavedElement):
 
 
 class SavedDisk(SavedElement):
-    """Mass (kg), diametral and polar inertia (kg m^2)."""
+    """A disc, with its mass (kg) and its diametral and polar moments of inertia (kg m^2)."""
 
     m: float
     Id: float
@@ -66,7 +66,7 @@ class SavedMass(SavedElement):
 class SavedBearing(SavedElement):
     """A bearing or seal: constant coefficients, or coefficients over `speed` or the whirl `frequency` (rad/s).
 
-    ROSS before version 3 names the speed `frequency`; it is read as `speed`.
+    Versions of ROSS before 3 use the name `frequency` for the speed; it is read as `speed`.
     """
 
     model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="allow")

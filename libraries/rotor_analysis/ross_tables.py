@@ -1,7 +1,8 @@
 """Coefficients over speed in a file of ROSS before version 3, which interpolates them by splines.
 
-For four speeds or more its spline is cubic and smooths the values; for three it is a parabola, for two a line. A rotor
-file interpolates monotonically between the speeds of its table, so its table needs more speeds to match the spline.
+For four or more speeds, the spline is cubic and smooths the values; it is a parabola for three speeds, and a line for
+two. A rotor file interpolates monotonically between the speeds of its table, so its table needs more speeds to match
+the spline.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def _names(bearing: SavedBearing) -> list[str]:
 
 
 def _splines(bearing: SavedBearing) -> dict[str, BSpline]:
-    """Return ROSS's splines of the coefficients that are not zero, none if the speeds do not ascend."""
+    """Return ROSS's splines of the nonzero coefficients, or an empty mapping if the speeds do not ascend."""
     from scipy.interpolate import BSpline, make_interp_spline, splrep  # slow to import
 
     speeds = bearing.speed or []
@@ -66,7 +67,7 @@ def _splines(bearing: SavedBearing) -> dict[str, BSpline]:
 
 
 def _dense(splines: list[BSpline], speeds: Array) -> Array:
-    """Return the speeds with others halfway between them where monotone interpolation is not accurate."""
+    """Return the speeds, with more added halfway between them where monotone interpolation is not accurate."""
     from scipy.interpolate import PchipInterpolator  # slow to import
 
     scales = [np.abs(spline(speeds)).max() for spline in splines]

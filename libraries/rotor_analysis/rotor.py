@@ -1,7 +1,7 @@
 """Description of a rotor: its shaft, its parts, and the reduction of the plant's model. SI units.
 
-The classes declare the form of a rotor file, with limits and units; `rotor_file.load_rotor` reads one. If created in
-Python, they check their values in the same way.
+The classes declare the form of a rotor file, with limits and units; `rotor_file.load_rotor` reads such a file. Objects
+created in Python check their values in the same way.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ KINDS = ("bodies", "bearings", "seals", "sites", "sensors", "faces")
 
 @table
 class ReductionOptions:
-    """Reduction of the plant's model. Modes and masters that are not set are chosen for `accuracy`."""
+    """Reduction of the plant's model. Modes and masters that are not set are chosen to meet `accuracy`."""
 
     method: Method | None = None
     """`free_modes` retains modes of the free rotor and residual shapes of bearings and sites, `msdc` condenses the
@@ -84,7 +84,7 @@ class ReductionOptions:
 
 @table
 class Mesh:
-    """Fineness of the elements: halving them changes no natural frequency by more than allowed."""
+    """Fineness of the elements: halving an element changes no natural frequency by more than the allowed value."""
 
     modes: Annotated[StrictInt, Ge(1)] = 6
     """Number of modes, from the lowest."""
@@ -96,14 +96,14 @@ class Mesh:
 class Rotor:
     """A rotor: shaft, bodies, bearings, seals, contact sites, sensors, faces, damping, and materials.
 
-    Parts can be placed by `z`: the shaft then gets a node there, and the numbers of parts and masters refer to this
-    mesh.
+    Parts can be placed by `z`. The shaft then gets a node at this position, and the node numbers of parts and masters
+    refer to the mesh with these nodes.
 
     Raises
     ------
     ValueError
-        If a value is out of range, a part is at a position that does not exist, or two parts have the same name; one
-        line for each mistake.
+        If a value is out of range, a part is at a position that does not exist, or two parts have the same name; the
+        message has one line for each mistake.
 
     Examples
     --------
@@ -182,7 +182,7 @@ class Rotor:
                 yield f"{what} = {node} is not allowed; it must be a node number from 1 to {len(nodes)}"
 
     def _misnamed(self) -> Iterator[str]:
-        """Yield a sentence for each duplicate name of parts or signals, and for each unknown name."""
+        """Yield a sentence for each duplicate name of a part or signal, and for each unknown name."""
         names = [(f"{key}.name", part.name) for key, part in self._parts()]
         if self.thrust:
             names.append(("thrust_disc.name", self.thrust))
@@ -212,7 +212,7 @@ class Rotor:
             yield "faces require a [thrust_disc]; without one the rotor does not move along its shaft"
 
     def _fields_on(self, shaft: Shaft) -> dict[str, Any]:
-        """Return the fields of this rotor on another mesh of its shaft, which must contain the required nodes."""
+        """Return the fields of this rotor on another mesh of its shaft; this mesh must contain the required nodes."""
 
         def number(node: int, z: float | None = None) -> int:
             position = self.shaft.nodes[node - 1] if z is None else z
@@ -231,7 +231,7 @@ class Rotor:
         return {"shaft": shaft, **parts, "reduction": replace(self.reduction, masters=masters)}
 
     def on_mesh(self, shaft: Shaft) -> Rotor:
-        """Return the same rotor on another mesh of its shaft, with parts and masters at their positions.
+        """Return the same rotor on another mesh of its shaft, with parts and masters at the same positions.
 
         Raises
         ------
@@ -257,7 +257,7 @@ class Rotor:
 
     @property
     def thrust(self) -> str:
-        """Name of the thrust disc, empty if there is none."""
+        """Name of the thrust disc; empty if there is none."""
         return "" if self.thrust_disc is None else self.thrust_disc.name
 
     @property
@@ -279,7 +279,7 @@ class Rotor:
         return parts[part]
 
     def point_of(self, part: str) -> Point:
-        """Return where forces act on a part: at its node, or at the centre of mass of a body off its node.
+        """Return the point where forces act on a part: its node, or a body's centre of mass that lies off its node.
 
         Raises
         ------
@@ -295,7 +295,7 @@ class Rotor:
 
     @property
     def disc_points(self) -> tuple[Point, ...]:
-        """Where unbalance and external forces act on the discs."""
+        """The points at which unbalance and external forces act on the discs."""
         return tuple(_point(disc) for disc in self.discs)
 
     @property

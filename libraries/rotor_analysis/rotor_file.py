@@ -1,4 +1,4 @@
-"""Reads the description of a rotor from a TOML file; the rotors of the packs are files to copy."""
+"""Reads the description of a rotor from a TOML file; the files of packaged rotors can be copied as templates."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ def load_rotor(source: RotorSource = None, tables: Tables | None = None) -> Roto
     ----------
     source
         The name of a packaged rotor, or a TOML file with the fields of `Rotor`; by default the packs' default rotor. If
-        the file has a shaft by sections, or `[mesh]`, the elements are divided until the first modes have the required
-        accuracy. A `Rotor` is returned unchanged.
+        the file defines the shaft by sections, or has `[mesh]`, the elements are divided until the first modes have the
+        required accuracy. A `Rotor` is returned unchanged.
     tables
-        Keys of the file's tables with other values, such as `{"mesh": {"accuracy": 1e-3}}`.
+        Values that replace those of keys in the file's tables, such as `{"mesh": {"accuracy": 1e-3}}`.
 
     Raises
     ------
     ValueError
-        If no such rotor exists, or its file cannot be read, has a missing or unknown key, or a value out of range;
-        a line for each mistake.
+        If no such rotor exists, or its file cannot be read, lacks a key, or has an unknown key or a value out of range.
+        The message has a line for each mistake.
     """
     if isinstance(source, Rotor):
         if not tables:
@@ -57,10 +57,10 @@ def _merged(data: dict[str, Any], tables: Tables) -> dict[str, Any]:
 
 
 def numbered_positions(source: RotorSource = None) -> tuple[float, ...]:
-    """Return the positions (m) of the nodes to which `node` and `masters` of a valid rotor file refer, from 1 on.
+    """Return the positions (m) of nodes 1, 2, ..., to which `node` and `masters` in a valid rotor file refer.
 
-    These are the nodes of the file, or the ends of its sections, without those that `z` and `[mesh]` add; for a `Rotor`
-    they are the nodes of its shaft.
+    These are the nodes in the file, or the ends of its sections, without the nodes that `z` and `[mesh]` add. For a
+    `Rotor`, they are the nodes of its shaft.
     """
     if isinstance(source, Rotor):
         return source.shaft.nodes
@@ -71,7 +71,7 @@ def numbered_positions(source: RotorSource = None) -> tuple[float, ...]:
 
 @lru_cache(maxsize=8)
 def _rotor_of(text: str, name: str) -> Rotor:
-    """Return the rotor described by a text; it is cached because refining a mesh may take long."""
+    """Return the rotor described by a text; the rotor is cached because refining a mesh may take a long time."""
     return rotor_from(parse_toml(text, name), name)
 
 

@@ -1,14 +1,14 @@
-"""The rotor for analyses of sampled control: the modes that the samples see, at any frequency.
+"""Model of the rotor for analyses of sampled control, with all modes that the samples see, at any frequency.
 
-Control with currents that are held over a sample T excites every mode, and mistakes a fast mode for a slow one. A mode
-of frequency omega and damping ratio zeta, with the displacements phi_f where forces act and phi_s at sensors, per unit
-of modal mass, answers a harmonic sequence of such currents with at most about
+Sampled control, which holds its currents over a sample time T, excites every mode and mistakes a fast mode for a slow
+one. Consider a mode of frequency omega and damping ratio zeta, with the displacements phi_f where forces act and phi_s
+at sensors, per unit of modal mass. Its response to a harmonic sequence of such currents is at most about
 
     phi_f phi_s/omega^2  2/(1 - exp(-zeta omega T))  1/sqrt(1 + (omega/omega_b)^2)                  (1)
 
-This is its static displacement times the amplification that its decay within a sample allows, times the gain of
-amplifiers of bandwidth omega_b at its frequency. All modes up to a frequency are retained, and so are higher modes that
-respond with more than `SMALL` of the rotor's motion at half the sample rate. The others act through their residual
+This is the mode's static displacement, times the amplification that its decay within a sample allows, times the gain at
+its frequency of amplifiers with bandwidth omega_b. All modes up to a frequency are retained, and so are higher modes
+that respond with more than `SMALL` of the rotor's motion at half the sample rate. The others act through their residual
 shapes, all of which are retained (`free_rotor.residual_modes`). A residual shape combines several modes and is not a
 mode itself: it is damped so strongly that samples see only its static displacement.
 """
@@ -37,9 +37,9 @@ class Sampling:
     """How sampled control acts on a rotor.
 
     time
-        T, between samples (s).
+        Time T between samples (s).
     forces, sensors
-        Nodes at which it acts, and at which it reads displacements.
+        Nodes at which the control acts, and nodes at which it reads displacements.
     bandwidth
         omega_b (rad/s) of a lag of first order between the held currents and the forces; infinite without a lag.
     """
@@ -56,7 +56,7 @@ def sampled_rotor(rotor: Rotor, sampling: Sampling, highest: float) -> Reduction
     Parameters
     ----------
     rotor
-        Its description; its `reduction` is ignored.
+        Description of the rotor; its `reduction` is ignored.
     sampling
         How the control acts.
     highest

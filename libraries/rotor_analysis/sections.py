@@ -14,7 +14,7 @@ SAME_PLACE = 1e-9  # m; positions this close are the same
 
 @dataclass(frozen=True)
 class ElementSection:
-    """The section of an element, which may change along it, and the name of its material, but not its position."""
+    """The section of an element, which may change along its length, and its material's name, but not its position."""
 
     diameter: float
     inner_diameter: float
@@ -33,7 +33,7 @@ class ElementSection:
             require(inner < outer, f"inner_diameter{end}", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
 
     def part(self, begin: float, end: float) -> ElementSection:
-        """Return the part from `begin` to `end`, both relative to the length."""
+        """Return the part from `begin` to `end`, which are both fractions of the length."""
         outer = [between((self.diameter, self.diameter_end), s) for s in (begin, end)]
         inner = [between((self.inner_diameter, self.inner_diameter_end), s) for s in (begin, end)]
         return ElementSection(outer[0], inner[0], outer[1], inner[1], self.material)
@@ -65,7 +65,7 @@ class ShaftSection:
 
 @table
 class Sleeve:
-    """A ring that bends with the shaft, conical or not."""
+    """A cylindrical or conical ring that bends with the shaft."""
 
     begin: Position
     """Position z at which it begins."""
@@ -98,7 +98,7 @@ class Sleeve:
 
 
 def _complete_diameters(part: ShaftSection | Sleeve) -> None:
-    """Set the diameters at the other end of a part that is not a cone, and check all four."""
+    """Set end diameters that are not given to those at the beginning, and check all four diameters of a part."""
     for name in ("diameter", "inner_diameter"):
         if getattr(part, f"{name}_end") is None:
             object.__setattr__(part, f"{name}_end", getattr(part, name))

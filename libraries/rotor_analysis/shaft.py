@@ -87,7 +87,7 @@ class Shaft:
                 require(inside, f"sleeves[{k}].{name}", f"{place} m", allowed)
 
     def node_at(self, z: float) -> int | None:
-        """Return the number (from 1) of the node at z (m), or None."""
+        """Return the number (from 1) of the node at z (m), or None if there is no node."""
         return next((k for k, place in enumerate(self.nodes, start=1) if abs(place - z) <= SAME_PLACE), None)
 
     def with_nodes_at(self, places: Iterable[float]) -> Shaft:
@@ -116,7 +116,7 @@ class Shaft:
         return replace(self, nodes=nodes, **per_element)
 
     def elements(self, materials: Mapping[str, Material]) -> tuple[tuple[Element, ...], ...]:
-        """Return the elements between the nodes, each followed by the sleeves on it; `materials` are by name."""
+        """Return the elements between the nodes, each followed by the sleeves on it, with `materials` by name."""
         unnamed = None
         if self.youngs_modulus is not None and self.density is not None and self.poissons_ratio is not None:
             unnamed = Material(self.youngs_modulus, self.density, self.poissons_ratio)
@@ -188,7 +188,7 @@ def _of_material(sleeves: tuple[Sleeve, ...], material: str | None) -> tuple[Sle
 
 
 def _check_material(shaft: Shaft | SectionedShaft, named: Iterable[str | None]) -> None:
-    """Raise a ValueError unless the shaft defines a material if, and only if, some element names none."""
+    """Raise a ValueError if the shaft lacks a material that an element needs, or defines one that no element needs."""
     needed = any(name is None for name in named)
     for name in ("youngs_modulus", "density", "poissons_ratio"):
         missing = getattr(shaft, name) is None

@@ -2,15 +2,18 @@
 
     (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0                                           (1)
 
-Hysteretic damping D depends on the frequency of the motion only by the sign of its difference from the spin speed
-(`hysteresis`). It is constant for all motion slower than the spin, and for all faster motion, so two linear problems
-contain all modes. An overdamped mode, which has no frequency, belongs to a third problem with D at frequency 0.
+Hysteretic damping D depends on the frequency of the motion only through the sign of the difference between this
+frequency and the spin speed (`hysteresis`). D has one constant value for all motion slower than the spin, and another
+for all faster motion, so two linear problems contain all modes. An overdamped mode, which has no frequency, belongs to
+a third problem with D at frequency 0.
 
-A motion N that nothing holds, K N = 0, has the eigenvalue 0, and has it twice if nothing resists its velocity either:
+A motion N that nothing holds (K N = 0) has the eigenvalue 0. This eigenvalue is double if nothing resists the velocity
+of the motion either:
 
     multiplicity of 0  =  2 dim N - rank(L^T (C + Omega G) N),   L^T K = 0                          (2)
 
-Rounding leaves a double eigenvalue up to 0.1 rad/s away from 0; therefore that many of the smallest are set to 0.
+Rounding leaves a double eigenvalue up to 0.1 rad/s away from 0; therefore as many of the smallest eigenvalues as (2)
+states are set to 0.
 """
 
 from __future__ import annotations
@@ -47,7 +50,7 @@ def eigenvalues(model: Matrices, Omega: float) -> Complex:
 
 
 def slowest_eigenvalues(model: Matrices, Omega: float, count: int) -> Complex:
-    """Return the eigenvalues (rad/s) of (1) nearest to zero at Omega (rad/s), with at least `count` vibrations.
+    """Return the eigenvalues (rad/s) of (1) nearest to zero at Omega (rad/s), including at least `count` vibrations.
 
     The method is Arnoldi's with inverse iteration (ARPACK); for a small model, or with hysteretic damping, all
     eigenvalues are computed. Slow vibrations that are strongly damped may be farther from zero.
@@ -72,9 +75,10 @@ def slowest_eigenvalues(model: Matrices, Omega: float, count: int) -> Complex:
 
 
 def eigenpairs(model: Matrices, Omega: float, omega: float | None = None) -> tuple[Complex, Complex]:
-    """Return eigenvalues (rad/s) and eigenvectors of (1), vectors in columns.
+    """Return the eigenvalues (rad/s) and eigenvectors of (1), with the vectors in columns.
 
-    Eigenvalues with Im lambda > 0 and real ones are complete; hysteretic damping leaves out conjugate motion.
+    All eigenvalues that are real or have Im lambda > 0 are included; with hysteretic damping, their conjugates are left
+    out.
 
     Parameters
     ----------
@@ -104,11 +108,11 @@ def oscillating(values: Complex) -> Bools:
 
 
 def _by_frequency(model: Matrices, loss: Hysteresis, Omega: float) -> tuple[Complex, Complex]:
-    """Return the modes that are slower than the spin, those that are faster, and overdamped ones.
+    """Return the overdamped modes, the modes that are slower than the spin, and the modes that are faster.
 
     Near the spin speed a mode may be slower in one problem and not in the other. A lightly damped mode is therefore
-    taken from the problem of faster motion if it is not among the first n there, where n modes of the other problem are
-    slower.
+    taken from the problem of faster motion if it is not among the first n such modes there. Here n is the number of
+    lightly damped modes in the other problem that are slower than the spin.
     """
     spin = abs(Omega)
     values, vectors = _solved(model, Omega, loss.stiffness(0.0, Omega))
@@ -128,7 +132,7 @@ def _by_frequency(model: Matrices, loss: Hysteresis, Omega: float) -> tuple[Comp
 
 
 def _with_frequency(model: Matrices, Omega: float, loss: Hysteresis, omega: float) -> tuple[Complex, Complex]:
-    """Return the eigenpairs with Im lambda > 0 and D at a frequency, by ascending Im lambda."""
+    """Return the eigenpairs with Im lambda > 0, computed with D at a frequency, by ascending Im lambda."""
     D = loss.stiffness(omega, Omega)
     values, vectors = _solved(model, Omega, D)
     least = OF_LOSS * loss.loss_factor if np.iscomplexobj(D) else 0.0
@@ -169,7 +173,7 @@ def _multiplicity_of_zero(model: Matrices, Omega: float, D: Array | Complex | No
 def _first_order(
     model: Matrices, Omega: float, D: Array | Complex | None = None
 ) -> tuple[Array | Complex, Array | Complex]:
-    """A z = lambda / w B z for z = (q, q' / w), scaled by the frequency w and the largest norm of a force term."""
+    """Return A and B of A z = (lambda / w) B z, z = (q, q' / w), scaled by a frequency w and the largest force term."""
     require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
     model = model.at(Omega)
     w, K, resistance = FREQUENCY_SCALE, model.K if D is None else model.K + D, model.C + Omega * model.G

@@ -1,4 +1,4 @@
-"""Shapes that the modes of the spinning rotor contain beyond a space of shapes of the rotor at rest.
+"""Shapes that the modes of the spinning rotor require in addition to a space of shapes of the rotor at rest.
 
 With the M-orthonormal modes Phi of the free rotor at rest, W = diag(omega_k) and Gamma = Omega Phi^T G_1 Phi, circles
 x + i y = Phi p exp(i omega t) of the rotor that spins at Omega obey
@@ -6,16 +6,16 @@ x + i y = Phi p exp(i omega t) of the rotor that spins at Omega obey
     (W^2 + omega Gamma - omega^2) p = 0                                                             (1)
     [[0, W], [W, Gamma]] [W p/omega; p] = omega [W p/omega; p].                                     (2)
 
-The matrix is symmetric. A rotor of n elastic modes has n negative omega, of backward whirl, and n + 1 positive, of
-forward whirl; the additional one is due to the gyroscopic moment of the tilting rotor. Three are 0.
+The matrix of (2) is symmetric. A rotor with n elastic modes has n negative omega (backward whirl) and n + 1 positive
+omega (forward whirl); the additional one is due to the gyroscopic moment of the tilting rotor. Three are 0.
 
 A space with the coordinates C = Phi^T M shapes lacks the part (1 - C C^T) p of a mode. The relative error of omega is
 of second order:
 
     |e|^2,  e = W (1 - C C^T) p/omega  with |p| = 1.                                                (3)
 
-The left singular vectors u of all e give the shapes Phi W^-1 u. The first, with the largest singular values, reduce the
-sum of (3) most.
+The left singular vectors u of all e give the shapes Phi W^-1 u. The first of these shapes, with the largest singular
+values, reduce the sum of (3) most.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ ROUNDING = 1e-7  # of |e|
 def whirl(frequencies: Array, shapes: Array, G: Array) -> tuple[Array, Array]:
     """Return the frequencies of whirl (rad/s) in a space of shapes, and p of (1) in columns.
 
-    The slowest forward one comes first, then the others, forward and backward in turn, ascending.
+    The slowest forward whirl comes first. Backward and forward whirl then alternate, both in ascending order.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ def whirl(frequencies: Array, shapes: Array, G: Array) -> tuple[Array, Array]:
 def with_spinning_shapes(
     space: ShapeSpace, full: Matrices, speed: float, highest: float | None, accuracy: float
 ) -> ShapeSpace:
-    """Return a space in which the spinning rotor whirls as fast as with all elements, with few additional shapes.
+    """Return a space with few additional shapes in which the spinning rotor whirls as fast as with all elements.
 
-    They are added to the residual shapes. An accurate space is returned unchanged.
+    The additional shapes are combined with the residual shapes. A space that is accurate already is returned unchanged.
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ def with_spinning_shapes(
     speed
         Spin speed (rad/s).
     highest
-        Frequency (rad/s) up to which backward whirl counts, and the forward whirl of the same modes; None if both of
-        each retained mode count.
+        Frequency (rad/s) up to which backward whirl must be accurate, together with the forward whirl of the same
+        modes. With None, both must be accurate for each retained mode.
     accuracy
         Allowed relative error of the frequencies of whirl.
 

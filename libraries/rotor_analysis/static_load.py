@@ -2,8 +2,8 @@
 
     K q = M e + r,    q = 0 at rigid supports                                                     (1)
 
-M e is the weight per unit of gravity, along e, and -r the load of the supports. K includes springs, which exert no
-force while aligned with the supports; a spring gives way, and carries k q.
+M e is the weight along e per unit of gravity, and -r is the load on the supports. K includes springs, which exert no
+force while aligned with the supports; a spring that is deflected by q carries k q.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from rotor_analysis.rotor import Rotor
 
 
 def carried_masses(rotor: Rotor, springs: Mapping[str, float] | None = None) -> dict[str, float]:
-    """Return the mass (kg) that each bearing carries by (1) with the planes of all other bearings aligned.
+    """Return the mass (kg) that each bearing carries according to (1), with aligned bearings.
 
-    Seals are omitted (`carried_with_seals`). This holds for weight in any lateral direction. A bearing that pulls the
-    rotor down carries a negative mass.
+    Seals are omitted (`carried_with_seals`). The result holds for weight in any lateral direction. A bearing that pulls
+    the rotor down carries a negative mass.
 
     Parameters
     ----------
     rotor
         The rotor.
     springs
-        Stiffness (N/m) of bearings that are springs.
+        Stiffness (N/m), by name, of the bearings that are springs.
 
     Raises
     ------
     ValueError
-        If the bearings do not support the rotor, for example because there is only one.
+        If the bearings do not support the rotor, for example because there is only one bearing.
     """
     springs = springs or {}
     rigid, stiff = _supports(rotor, springs)
@@ -44,10 +44,10 @@ def carried_masses(rotor: Rotor, springs: Mapping[str, float] | None = None) -> 
 
 
 def carried_with_seals(rotor: Rotor, springs: Mapping[str, float], Omega: float) -> dict[str, Array]:
-    """Return the tensor S (kg), shape (2, 2), of the load S g of each bearing under gravity g across the shaft.
+    """Return, for each bearing, the tensor S (kg), shape (2, 2), of its load S g under gravity g across the shaft.
 
-    Seals are springs, with their stiffness at a spin speed; their cross-coupled stiffness loads the bearings across
-    gravity, too. Without seals S is the mass of `carried_masses` times the identity.
+    Seals act as springs with their stiffness at a spin speed. Because of their cross-coupled stiffness, the bearings
+    also carry loads perpendicular to gravity. Without seals S is the mass of `carried_masses` times the identity.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def carried_at(rotor: Rotor, nodes: Sequence[int], springs: Sequence[tuple[int, 
 
 
 def _supports(rotor: Rotor, springs: Mapping[str, float]) -> tuple[list[Bearing], list[Bearing]]:
-    """Return the rigid bearings, and those that are springs with a stiffness; together they support the rotor."""
+    """Return the rigid bearings, and the springs of positive stiffness; together they support the rotor."""
     rigid = [bearing for bearing in rotor.bearings if bearing.name not in springs]
     stiff = [bearing for bearing in rotor.bearings if springs.get(bearing.name, 0.0) > 0.0]
     if len({bearing.node for bearing in (*rigid, *stiff)}) < 2:
@@ -102,7 +102,7 @@ def _supports(rotor: Rotor, springs: Mapping[str, float]) -> tuple[list[Bearing]
 
 
 def _loads(K: Array, weight: Array, supported: Sequence[int]) -> tuple[Array, Array]:
-    """Return the loads -r of supported rows by (1), and the displacements q of all rows, over g."""
+    """Return the solution of (1) per unit of gravity: the loads -r of supported rows, and q of all rows."""
     at, free = np.array(supported, dtype=int), np.setdiff1d(np.arange(len(K)), supported)
     q = np.zeros_like(weight)
     q[free] = np.linalg.solve(K[np.ix_(free, free)], weight[free])

@@ -24,7 +24,7 @@ class SupportedRotor:
     full
         The finite-element model with the bearings.
     reduction
-        The model for analyses: `full` reduced, or `full` itself with `right` = `left` = 1.
+        The model for analyses: a reduction of `full`, or `full` itself with `right` = `left` = 1.
     """
 
     rotor: Rotor
@@ -72,7 +72,7 @@ def supported_rotor(
     Raises
     ------
     ValueError
-        If `mass` is neither, or the planes do not exist or do not support the rotor.
+        If `mass` is neither `consistent` nor `diagonal`, or the planes do not exist or do not support the rotor.
     """
     full = on_bearings(assemble(rotor, mass), rotor)
     if planes is None:

@@ -1,9 +1,9 @@
 """One-plane matrices of a conical beam element, by numerical integration along it.
 
-The displacement w = sum N_i q_i and the rotation beta = sum B_i q_i of the section are those of the static deflection
-of a uniform element with the section in the middle, q = (w_1, beta_1, w_2, beta_2); in the integrals the section A(s),
-I(s) changes along the element (Genta and Gugliotta, A conical element for finite element rotor dynamics, 1988). Five
-Gauss points are exact: the integrands are polynomials of degree 8 at most.
+The displacement w = sum N_i q_i and the rotation beta = sum B_i q_i of the section, with q = (w_1, beta_1, w_2,
+beta_2), are those of the static deflection of a uniform element that has the section in the middle. In the integrals,
+the section A(s), I(s) changes along the element (Genta and Gugliotta, A conical element for finite element rotor
+dynamics, 1988). Five Gauss points are exact, because the integrands are polynomials of degree 8 at most.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def rotary_inertia(element: Element, phi: float) -> Array:
 
 
 def lumped(element: Element) -> Array:
-    """Return mass (kg) and diametral inertia without an m L^2 term (kg m^2) of each end, shape (2, 2).
+    """Return the mass (kg) of each end and its diametral inertia without an m L^2 term (kg m^2), shape (2, 2).
 
     rho A and rho I are distributed to the ends by the lever rule, which preserves the centre of mass.
     """

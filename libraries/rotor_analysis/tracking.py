@@ -1,4 +1,4 @@
-"""Mode tracking: modes at different speeds, or of different meshes or models, are paired by their shapes."""
+"""Mode tracking: modes at different speeds, on different meshes or of different models are paired by their shapes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KEPT = 2**26  # bytes of shapes, of the latest speeds
 
 
 class ModesOverSpeed:
-    """The modes of a model at any speed, solved once for all tracks that follow them, up or down.
+    """The modes of a model at any speed, cached so that tracks to higher and lower speeds share the solutions.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class ModesOverSpeed:
     M
         Its mass matrix.
     at
-        Returns all modes at a spin speed (rad/s).
+        Function that returns all modes at a spin speed (rad/s).
     """
 
     def __init__(self, model: Matrices) -> None:
@@ -44,11 +44,11 @@ class ModesOverSpeed:
 
 
 def modal_assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex]) -> Array:
-    """Return the modal assurance criterion (MAC) of every shape with every other, weighted with the mass matrix.
+    """Return the modal assurance criterion (MAC), weighted with M, for each pair of a first and a second shape.
 
     MAC_ij = |a_i^H M b_j|^2 / ((a_i^H M a_i) (b_j^H M b_j))
 
-    It is 1 for the same motion, independent of size and phase, and 0 for a forward and a backward circle.
+    It is 1 for the same motion, whatever its size and phase, and 0 for a forward and a backward circle.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def modal_assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex
 
 
 def pair_modes(M: Array, tracked: Sequence[Complex], shapes: Sequence[Complex]) -> list[tuple[int | None, float]]:
-    """Return, for each tracked shape, the index of the shape of `shapes` that continues it, and the MAC of the pair.
+    """Return, for each tracked shape, the index in `shapes` of the shape that continues it, and the MAC of the pair.
 
     Each shape is used once. The index is None if no shape is left or the MAC is below 0.5.
     """
@@ -97,7 +97,7 @@ def track_modes(over_speed: ModesOverSpeed, speeds: Array, count: int) -> list[l
     Returns
     -------
     list
-        For each mode its values at each speed; None once it no longer oscillates.
+        For each mode, its state at each speed; None after it has stopped oscillating.
 
     Raises
     ------
@@ -120,11 +120,11 @@ def track_modes(over_speed: ModesOverSpeed, speeds: Array, count: int) -> list[l
 def modes_begun_later(
     over_speed: ModesOverSpeed, speeds: Array, tracks: Sequence[Sequence[Mode | None]]
 ) -> list[list[Mode | None]]:
-    """Return the tracks of modes that begin to oscillate above the first speed, None before they do.
+    """Return the tracks of modes that begin to oscillate above the first speed, with None at lower speeds.
 
     A mode counts if it begins without a resonance, with a damping ratio above 1/sqrt(2), but has a resonance at the
-    last speed and is slower there than the fastest of `tracks`. A gyroscopic rotor in well damped bearings creeps at
-    rest and whirls backward at speed.
+    last speed and is slower there than the fastest of `tracks`. For example, a gyroscopic rotor in well-damped bearings
+    creeps at rest but whirls backward at speed.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def modes_begun_later(
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     tracks
-        Modes at each speed (`track_modes`), which belong to no other track.
+        Tracks returned by `track_modes`. Their modes are not part of any other track.
     """
     ends = [track[-1].eigenvalue for track in tracks if track[-1] is not None]
     fastest = max((value.imag for value in ends), default=0.0)
@@ -166,7 +166,7 @@ def _is_of(mode: Mode, eigenvalues: Sequence[complex]) -> bool:
 def continue_modes(
     over_speed: ModesOverSpeed, current: list[Mode | None], before: float, after: float, halvings: int = MAX_HALVINGS
 ) -> list[Mode | None]:
-    """Continue the modes `current` at speed `before` (rad/s) to the speed `after`; None stays None."""
+    """Continue the modes `current` at speed `before` (rad/s) to the speed `after`; an entry None stays None."""
     oscillating = [k for k, mode in enumerate(current) if mode is not None]
     result = over_speed.at(after)
     pairs = pair_modes(over_speed.M, [m.shape for m in current if m is not None], [m.shape for m in result])

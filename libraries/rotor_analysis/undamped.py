@@ -16,7 +16,7 @@ SHIFTS = (1e4, 1e6, 1e8, 1e10)
 
 
 def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array, Array]:
-    """Return the first modes of a rotor on its bearings, K phi = omega^2 M phi.
+    """Return the first modes of a rotor on its bearings, which satisfy K phi = omega^2 M phi.
 
     K and M are the means over both planes. With fewer than two bearings or seals, one or two of these modes are rigid
     motions without a frequency, which are omitted.
@@ -51,7 +51,7 @@ def _tilting(rotor: Rotor) -> list[Bearing]:
 
 
 def planes_are_alike(rotor: Rotor) -> bool:
-    """Return whether bearings and seals at rest have equal stiffness and mass in x and y, without coupling the axes."""
+    """Return whether bearings and seals at rest have equal stiffness and mass in x and y and do not couple the axes."""
     supports = (*rotor.bearings, *rotor.seals, *_tilting(rotor))
     tensors = (tensor for part in supports for tensor in part.at(0.0)[::2])
     return all(np.array_equal(0.5 * (T + T.T), T[0, 0] * np.eye(2)) for T in tensors)
@@ -60,10 +60,10 @@ def planes_are_alike(rotor: Rotor) -> bool:
 def undamped_frequencies(supported: Matrices, rotor: Rotor, count: int) -> Array:
     """Return the natural frequencies of the undamped rotor at rest on its bearings and seals (rad/s), ascending.
 
-    K phi = omega^2 M phi with the symmetric parts of K and M; the skew part of cross-coupling has no potential. If the
-    planes are alike, these are the first `count` of `undamped_modes`, each of which exists in both planes. Otherwise
-    they are the first 2 `count` of both planes together. Rigid motions that nothing holds are omitted, and fewer are
-    returned if the model has fewer.
+    The equation is K phi = omega^2 M phi with the symmetric parts of K and M, because the skew part of cross-coupling
+    has no potential. If the planes are alike, these are the first `count` of `undamped_modes`, each of which exists in
+    both planes. Otherwise they are the first 2 `count` of both planes together. Rigid motions that nothing holds are
+    omitted, and fewer frequencies are returned if the model has fewer.
     """
     if planes_are_alike(rotor):
         return undamped_modes(supported, rotor, count)[0]

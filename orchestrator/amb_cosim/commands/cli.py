@@ -21,7 +21,7 @@ class Commands(PackCommands):
     """Commands that end with a message and an exit code on Ctrl-C and SIGTERM."""
 
     def main(self, *args: Any, **options: Any) -> Any:
-        """Run a command so that the texts it prints cannot control the terminal."""
+        """Run a command in such a way that the text it prints cannot control the terminal."""
         with printable_streams():
             return super().main(*args, **options)
 
@@ -52,7 +52,7 @@ class Commands(PackCommands):
 
 
 def _refuse(distributions: Mapping[str, str], error: Exception | None = None) -> None:
-    """Refuse an installed distribution with unreadable entry points, because Pydantic and xarray read all of them."""
+    """Refuse an installed distribution with unreadable entry points, because Pydantic and xarray read them all."""
     for name, reason in distributions.items():
         problem = f"entry_points.txt of the installed {name} cannot be read: {reason}"
         raise Refused(f"{problem}; correct or uninstall it") from error

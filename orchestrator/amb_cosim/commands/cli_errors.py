@@ -52,9 +52,9 @@ class Refused(Failed):
 
 @contextmanager
 def refusing() -> Iterator[None]:
-    """Turn invalid input and FMUs that refuse to start into `Refused`, and errors in writing into `Failed`.
+    """Raise `Refused` for invalid input and FMUs that refuse to start, and `Failed` for errors in writing.
 
-    The end of the process that runs the FMUs is `Failed`, too.
+    `Failed` is also raised if the process that runs the FMUs ends.
     """
     try:
         yield
@@ -68,12 +68,12 @@ def refusing() -> Iterator[None]:
 
 
 def interrupted(message: str) -> Failed:
-    """Return the error of a command ended by a signal."""
+    """Return the error for a command that a signal ended."""
     return Terminated(message) if was_terminated() else Interrupted(message)
 
 
 def refuse_empty_record(outcome: Outcome) -> None:
-    """Raise an error if a run was interrupted before it recorded anything: it would replace an older result."""
+    """Raise an error if a run was interrupted before it recorded anything, because it would replace an older result."""
     if outcome.status == "interrupted" and outcome.time <= 0.0:
         raise interrupted("interrupted before anything was recorded; nothing was written")
 

@@ -46,8 +46,8 @@ def compare(
 ) -> None:
     """Compare runs or saved results side by side.
 
-    A, B, ... are names of scenarios, their TOML files, or folders (or files .nc) of saved results. To apply an option
-    to one run only, put its number in front: --set 2:rotor_contact.*.law=hertz.
+    Each of A, B, ... is a scenario (its name or TOML file) or a saved result (its folder or .nc file). To apply an
+    option to one run only, put the number of the run in front: --set 2:rotor_contact.*.law=hertz.
     """
     from amb_cosim.comparison import compare as comparison
     from amb_cosim.presentation.text_tables import print_parts
@@ -76,12 +76,12 @@ def compare(
 
 
 def _names_run(texts: Sequence[str]) -> bool:
-    """Return whether any of the texts is for a single run."""
+    """Return whether any of the texts applies to a single run."""
     return any(NUMBERED.fullmatch(text) for text in texts)
 
 
 def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
-    """Return the texts for each run: those for all runs, then those for this run alone."""
+    """Return the texts for each run: first the texts for all runs, then the texts for this run alone."""
     for_all = [text for text in texts if not NUMBERED.fullmatch(text)]
     by_run = [list(for_all) for _ in range(count)]
     for match in filter(None, (NUMBERED.fullmatch(text) for text in texts)):
@@ -93,7 +93,7 @@ def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
 
 
 def _last(texts: Sequence[str], count: int, option: str) -> Any:
-    """Return the last text for all runs, or None; if any is for a single run, return a list with one entry per run."""
+    """Return the last text, or None; if any text is for a single run, return a list of such values, one per run."""
     last = [of_run[-1] if of_run else None for of_run in _by_run(texts, count, option)]
     return last if _names_run(texts) else last[0] if last else None
 

@@ -48,15 +48,15 @@ def build(
 ) -> None:
     """Build the FMUs into a folder.
 
-    FMUs of flavour native run in any process. Those of flavour python need Python with NumPy in the importing process,
-    or on the machine as a shared library.
+    FMUs of flavour native run in any process. FMUs of flavour python need Python with NumPy, either in the importing
+    process or as a shared library on the machine.
 
     With --assembled, one FMU contains rotor, actuator and controller of a scenario (name or TOML file), or all
     components of a system file, and steps them together. With --scenario, the FMUs of the components have the
-    scenario's parameters and initial inputs as start values, for masters wired by hand.
+    scenario's parameters and initial inputs as start values. This is useful for masters that you wire by hand.
 
-    Platforms are linux64 and win64, for native FMUs also darwin64, aarch64-linux, aarch64-darwin, and wasm32
-    (WebAssembly for browsers), which all does not include.
+    Platforms are linux64 and win64. Native FMUs can also be built for darwin64, aarch64-linux, aarch64-darwin, and
+    wasm32 (WebAssembly for browsers); the choice all does not include wasm32.
     """
     from amb_cosim.controllers.linear_controller import linear_controller
     from amb_cosim.export.assembled import build_assembled
@@ -119,7 +119,7 @@ def verify(ctx: click.Context, fmu: Path) -> None:
 
     FMPy runs the experiments in the FMU (FMI-LS-REF).
 
-    The exit code is 1 if a value differs, or an experiment cannot be run.
+    The exit code is 1 if a value differs or an experiment cannot be run.
     """
     from amb_cosim.cosim.verify.verification import verify
 

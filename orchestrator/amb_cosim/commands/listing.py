@@ -1,7 +1,7 @@
-"""The command that lists scenarios and the entries of applications, or shows everything about one.
+"""The command that lists scenarios and the entries of applications, or shows everything about one of them.
 
-An application adds entries in its module `listing`: `entries()` returns them, `outcomes()` returns outcomes by
-scenario.
+An application adds entries in its module `listing`: `entries()` returns the entries, and `outcomes()` returns outcomes
+by scenario.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ OTHERS = "others"  # theme of scenarios without one
 
 
 class ListedItem(NamedTuple):
-    """A scenario, or an entry that an application bases on one, with the texts in which `--filter` searches.
+    """A scenario, or an entry that an application bases on a scenario, with the texts that `--filter` searches.
 
-    `command` runs it.
+    `command` is the command that runs it.
     """
 
     name: str
@@ -86,7 +86,7 @@ def list_scenarios(name: str | None, words: str) -> None:
 
 
 def _entries() -> Iterator[ListedItem]:
-    """Yield the scenarios of all packs and the entries of applications; an invalid one is skipped with a warning."""
+    """Yield the scenarios of all packs and the entries of applications; warn of invalid scenarios and skip them."""
     from amb_cosim.presentation.units import speed_unit, with_speeds_in
     from amb_cosim.scenario.file import packaged_scenarios
     from amb_cosim.scenario.scenario import load_scenario
@@ -107,7 +107,7 @@ def _entries() -> Iterator[ListedItem]:
 def _of_applications(
     modules: Mapping[str, ModuleType], name: str, checked: Callable[[Any], Iterable[T]]
 ) -> Iterator[T]:
-    """Yield the entries that a function of the modules `listing` returns; if it fails, print a warning instead."""
+    """Yield the entries that a function of the modules `listing` returns; if the function fails, print a warning."""
     from amb_files.packs import reason
 
     for home, module in modules.items():
@@ -133,9 +133,9 @@ def _items(entries: Iterable[ListedItem]) -> list[ListedItem]:
 
 
 def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None:
-    """Return the result of a function that reads a file of a pack, or None with a warning if the file is invalid.
+    """Return the result of a function that reads a pack's file; if the file is invalid, warn and return None.
 
-    A command warns about the first invalid files of each pack, and reports if there are more.
+    A command prints a warning for each of the first invalid files of a pack, and one more if there are others.
     """
     from amb_files.packs import pack_of
 
@@ -154,7 +154,7 @@ def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None
 
 
 def _line(console: Console, text: str, style: str | None = None, indent: int = 4) -> None:
-    """Print a line; a terminal wraps it and indents the rest, because the ends of descriptions differ."""
+    """Print a line; on a terminal, wrap it and indent its continuation, because the ends of descriptions differ."""
     if not console.is_terminal:
         click.echo(text)
         return

@@ -1,4 +1,4 @@
-"""Shared options, named like the arguments to which they are passed."""
+"""Shared options, each named like the argument to which its value is passed."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ Option = Callable[[Callable[..., None]], Callable[..., None]]
 
 
 def output(text: str, default: str | None = None, metavar: str | None = None) -> Option:
-    """Return the option for the output, a file or a folder with help `text`."""
+    """Return the option for the output file or folder, with the help `text`."""
     path = click.Path(path_type=Path)
     return click.option("-o", "--output", type=path, default=default, show_default=True, help=text, metavar=metavar)
 
 
 def results_of(name: str | Path) -> Path:
-    """Return the folder for the results of a scenario or file: for `pump/landing.toml`, results/pump_landing."""
+    """Return the folder for the results of a scenario or file, such as results/pump_landing for `pump/landing.toml`."""
     path = Path(name)
     folder = "" if path.parent == Path() else path.parent.resolve().name
     return Path("results") / "_".join(filter(None, (folder, path.stem)))
 
 
 def former_option(name: str, present: str) -> Option:
-    """Return a hidden option that is refused, with a hint that names the option that replaces it."""
+    """Return a hidden option that is refused with a hint to the option that replaces it."""
 
     def refuse(_: click.Context, __: click.Parameter, value: str | None) -> None:
         if value is not None:
@@ -46,10 +46,10 @@ def former_option(name: str, present: str) -> Option:
 
 
 def parse_settings(settings: Iterable[str]) -> dict[str, str]:
-    """Return the values of `component.variable=value` texts by variable; the last one applies.
+    """Return the values in `component.variable=value` texts by variable; the last text for a variable applies.
 
     The name of a variable, and the value of a String, may contain a `=`. Such a text is divided at its last `=`, and
-    `Assignments.set` finds the name in it.
+    `Assignments.set` finds where the name ends.
     """
     parsed = {}
     for text in settings:
@@ -82,7 +82,7 @@ def _is_number(text: str) -> bool:
 
 
 class WithUnit(click.ParamType):  # type: ignore[type-arg]  # generic in later versions alone
-    """One quantity, or several with commas, each with its unit: a plain number could be rpm or rad/s, kg m or g mm.
+    """One or several quantities, separated by commas, each with a unit: a plain number could be in rpm or rad/s.
 
     `parts` is the function that separates the quantities.
     """
@@ -94,7 +94,7 @@ class WithUnit(click.ParamType):  # type: ignore[type-arg]  # generic in later v
         self.parts = parts
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the text; refuse numbers other than 0 without a unit."""
+        """Return the text; refuse a number without a unit, unless it is 0."""
         option = "" if param is None else param.opts[0]
         with refusing():
             for part in self.parts(value):
@@ -106,7 +106,7 @@ class WithUnit(click.ParamType):  # type: ignore[type-arg]  # generic in later v
 
 
 class RotorOption(click.Option):
-    """The option of a rotor, whose help names the default rotor of the installed packs."""
+    """The option for a rotor, whose help names the default rotor of the installed packs."""
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Return the names and the help of the option."""
@@ -117,7 +117,7 @@ class RotorOption(click.Option):
 
 
 def _default_rotor() -> str:
-    """Return the default rotor in the files of packs, which are read without the library that checks them."""
+    """Return the default rotor according to the packs' files, read without the library that checks these files."""
     from amb_files.packs import packs
 
     for folder in packs().values():

@@ -17,11 +17,11 @@ PACKAGES: dict[click.Command, str] = {}  # of commands that this package makes f
 
 
 class PackCommands(click.Group):
-    """A group to which others add commands; these are imported for listings, and for commands not defined here.
+    """A group to which packages add commands; they are imported for listings and for commands not defined here.
 
-    `sections` contains the names of commands by the heading under which help lists them; all others are listed under
-    the name of their pack, or as commands. `former` contains the names of former commands, with the replacement of
-    each.
+    `sections` maps each heading of the help to the names of the commands listed under it. All other commands are listed
+    under the name of their pack, or under a general heading. `former` maps the name of each former command to its
+    replacement.
     """
 
     def __init__(self, *args: Any, former: dict[str, str] | None = None, **options: Any) -> None:
@@ -31,25 +31,25 @@ class PackCommands(click.Group):
         self.sections: dict[str, list[str]] = {}
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """Return the called command; refuse a former one and name its replacement."""
+        """Return the called command; refuse a former command and name its replacement."""
         if self.get_command(ctx, args[0]) is None and args[0] in self.former:
             raise Refused(f"there is no command {args[0]!r} any more; use 'amb-cosim {self.former[args[0]]}'")
         return super().resolve_command(ctx, args)
 
     def add_section(self, title: str, *commands: click.Command) -> None:
-        """Add commands, and list them in the section with this title, after those that it already contains."""
+        """Add commands, and list them in the section with this title, after the commands that it already contains."""
         for command in commands:
             self.add_command(command)
         self.list_in_section(title, *(command.name or "" for command in commands))
 
     def list_in_section(self, title: str, *names: str) -> None:
-        """List commands, which may be added later, in the section with this title, after those already in it."""
+        """List commands, which may be added later, in the section with this title, after the commands already in it."""
         self.sections.setdefault(title, []).extend(names)
 
     def add_examples(self, examples: Mapping[str, Sequence[str]]) -> None:
-        """Print examples at the end of the help of commands, by name; `show` of the group `rotor` is `rotor show`.
+        """Add examples to the end of the help of commands, by name; `rotor show` names the command `show` of `rotor`.
 
-        An example is the command line after `amb-cosim`.
+        An example is the part of a command line that follows `amb-cosim`.
         """
         for path, lines in examples.items():
             command: click.Command = self
@@ -58,7 +58,7 @@ class PackCommands(click.Group):
             command.epilog = "\b\nExamples:\n" + "\n".join(f"  amb-cosim {line}" for line in lines)
 
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
-        """Add a command, whose help needs no docstrings in memory."""
+        """Add a command, and restore its help if there are no docstrings in memory."""
         restore_help(cmd)
         super().add_command(cmd, name)
 
@@ -97,9 +97,9 @@ class PackCommands(click.Group):
 
 
 def restore_help(command: click.Command) -> None:
-    """Set the help of a command and of its subcommands to the docstrings of their functions, if they have none.
+    """Set missing help texts of a command and its subcommands to the docstrings of their functions.
 
-    A Python without docstrings (`python -OO`) reads them from the sources.
+    The docstrings are read from the source code, because `python -OO` removes them from memory.
     """
     if command.help is None and command.callback is not None:
         command.help = _docstring(inspect.unwrap(command.callback))
@@ -108,7 +108,7 @@ def restore_help(command: click.Command) -> None:
 
 
 def _docstring(function: object) -> str | None:
-    """Return the docstring in the source of a function; None if it has none or no source is installed."""
+    """Return the docstring in the source of a function; None if there is no docstring or no source is installed."""
     try:
         source = inspect.getsource(function)  # type: ignore[arg-type]
     except OSError:

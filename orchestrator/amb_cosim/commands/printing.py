@@ -30,7 +30,7 @@ class Printed(Protocol):
 
 
 def check_picture(path: Path, others: Sequence[str] = ()) -> None:
-    """Raise ValueError unless a picture, or a file with one of the `others` suffixes, can be written."""
+    """Raise ValueError unless a picture, or a file with one of the suffixes `others`, can be written to the path."""
     allowed = (*PICTURES, *others)
     if path.suffix.lower() not in allowed:
         raise ValueError(f"{path} is not allowed; its name must end with {', '.join(allowed)}")
@@ -53,9 +53,9 @@ def print_result(result: Printed, as_json: bool) -> None:
 
 
 def warn_of_sizes(rotor: RotorSource) -> tuple[str, ...]:
-    """Print and return warnings of implausible sizes of a rotor (none for None) before a command computes with it.
+    """Print warnings of implausible sizes of a rotor to standard error, and return them; with None there are none.
 
-    They are printed to standard error. A prepared run also lists them among its warnings.
+    Commands call this before they compute with the rotor. A prepared run also lists these warnings among its own.
     """
     if rotor is None:
         return ()

@@ -24,9 +24,10 @@ def rotor() -> None:
 def import_model(model: Path, output: Path | None, frequency: str | None) -> None:
     """Convert a rotor saved by ROSS to a rotor file.
 
-    MODEL is the TOML file that ROSS saved. ROSS need not be installed. For magnetic bearings under PID control, a
-    controller file and a scenario in which they levitate the rotor are written, too. Other coefficients over whirl
-    frequency require --frequency, because rotor files have coefficients over spin speed.
+    MODEL is the TOML file that ROSS saved. ROSS need not be installed. If MODEL has magnetic bearings under PID
+    control, a controller file and a scenario in which these bearings levitate the rotor are also written. Other
+    coefficients that depend on the whirl frequency require --frequency, because those in rotor files depend only on the
+    spin speed.
     """
     import tomli_w
 

@@ -114,7 +114,7 @@ def run(
 
 
 def _save(result: Result, moment: str, folder: Path) -> str:
-    """Write the state of a run at a moment into a folder; return where it is, or why it does not exist."""
+    """Write the state of a run at a moment into a folder; return a text on where it is, or why it does not exist."""
     try:
         name = f"checkpoint_{re.sub('[^0-9A-Za-z.]+', '_', moment)}.npz"
         file = result.checkpoint(moment).save(plain_file(folder, name))

@@ -37,11 +37,11 @@ class Side:
     """One of the compared runs.
 
     label
-        Its unique name: that of its scenario, and the settings that differ.
+        Its unique name: the name of its scenario, followed by the settings that differ.
     source
         Name, file or folder.
     settings
-        Values that replaced the scenario's; empty for a saved result.
+        Values that replaced those in the scenario; empty for a saved result.
     result
         The run.
     """
@@ -79,9 +79,9 @@ class Comparison:
         return [side.result for side in self.sides]
 
     def text(self, whole: bool = False) -> list[TextBlock]:
-        """Return the verdicts, the rows of each run below them, and a line about the signals.
+        """Return the verdicts, a table of the facts of each run below them, and lines about the signals.
 
-        With `whole` they are followed by the table of all quantities with differences, and the outcomes.
+        With `whole`, the outcomes and the table of all quantities with their differences are also included.
         """
         short = verdicts_and_facts(self.labels, [side.result.summary for side in self.sides])
         outcomes = [f"{side.label}: {side.result.outcome}" for side in self.sides]
@@ -145,30 +145,31 @@ def compare(
     until: Raw | None = None,
     progress: bool | Progress | None = None,
 ) -> Comparison:
-    """Run scenarios, or read results, and return them side by side.
+    """Run scenarios or read saved results, and return their comparison.
 
-    Settings, rotor and flavour apply to all runs, or are a sequence with one value per source. Settings for all runs do
-    not affect saved results. Ctrl-C interrupts the present run and skips the rest.
+    Each of settings, rotor and flavour is either one value for all runs or a sequence with one value per source.
+    Settings for all runs do not affect saved results. Ctrl-C interrupts the current run and skips the remaining ones.
 
     Parameters
     ----------
     sources
-        Two to eight: a scenario, its name or TOML file; or a result, its folder or file.
+        Two to eight sources, each of which is a scenario (or its name or TOML file) or a result (or its folder or
+        file).
     set
-        Values by `component.variable` that replace the scenario's.
+        Values by `component.variable` that replace those in the scenario.
     rotor
-        A `Rotor`, name of a packaged rotor, or rotor file, to use instead of the scenario's.
+        A `Rotor`, the name of a packaged rotor, or a rotor file, to use instead of the scenario's rotor.
     flavour
         `native` or `python`.
     until
-        End of the runs after the beginning of cycle 0, in s or as a text with a unit.
+        End time of the runs, counted from the beginning of cycle 0, in s or as a text with a unit.
     progress
         As in `run`.
 
     Raises
     ------
     ValueError
-        If there are too few or too many sources, one is invalid, or a value is set for a saved result.
+        If there are too few or too many sources, a source is invalid, or a value is set for a saved result.
     """
     if not 2 <= len(sources) <= MOST:
         raise ValueError(f"compare needs 2 to {MOST} runs, not {len(sources)}")
@@ -219,7 +220,7 @@ def load(source: Source) -> Scenario | Result:
     Raises
     ------
     ValueError
-        If there is none, or it is invalid.
+        If there is no such scenario or result, or it is invalid.
     """
     if isinstance(source, Scenario | Result):
         return source
@@ -240,7 +241,7 @@ def _is_each(value: Any) -> bool:
 
 
 def _for_each(value: Any, count: int, name: str) -> list[Any]:
-    """Return the value for each source."""
+    """Return a list with the value for each source."""
     if not _is_each(value):
         return [value] * count
     if len(value) != count:
@@ -249,7 +250,7 @@ def _for_each(value: Any, count: int, name: str) -> list[Any]:
 
 
 def _label(name: str, settings: Mapping[str, Raw] | None, rotor: Any, flavour: str, requested: tuple[Any, ...]) -> str:
-    """Return the name of a scenario with the settings that not all scenarios share."""
+    """Return the name of a scenario followed by the settings that may differ between the runs."""
     varied, rotors, flavours = (_is_each(each) for each in requested)
     parts = [f"{key}={value}" for key, value in (settings or {}).items()] if varied else []
     parts += [Path(str(named(rotor))).stem] if rotors and rotor else []

@@ -71,9 +71,9 @@ def overlays(runs: Runs) -> dict[str, Figure]:
 
 
 def orbits(runs: Runs, bearings: list[str]) -> Figure:
-    """Draw the path of the rotor centre at each bearing in one colour per run, and the retainers below them.
+    """Draw the path of the rotor centre at each bearing in one colour per run, on top of the retainers.
 
-    All orbits are oriented like those of the first run.
+    The orbits of all runs are oriented like the orbits of the first run.
     """
     first = next(iter(runs.values()))
     figure = StyledFigure(figsize=(max(3.7 * len(bearings), 4.5), 4.5), layout="constrained")
@@ -99,9 +99,10 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
 
 
 def displacement(runs: Runs, bearings: list[str]) -> Figure:
-    """Draw the radius over the clearance at each bearing along the run, or as a length if no run has a clearance.
+    """Draw the ratio of radius to clearance over the run at each bearing, or the radius if no run has a clearance.
 
-    Falls are drawn as heights, or as gaps of upright rotors, with their first impacts enlarged beside them.
+    If a rotor falls, its height is drawn instead (the gap if the rotor is upright), and the first impacts are enlarged
+    in a second column.
     """
     falls, changing = any(touchdown(run) is not None for run in runs.values()), _is_changing(runs)
 
@@ -125,7 +126,7 @@ def displacement(runs: Runs, bearings: list[str]) -> Figure:
 
 
 def _motion(runs: Runs, bearing: str, falls: bool) -> tuple[str, list[Array | None], set[float]]:
-    """Return the motion to draw for a bearing, its label, and the values at which a rotor touches its retainer."""
+    """Return the axis label of a bearing, the motion to draw, and the values at which a rotor touches the retainer."""
     radii = [radius(run, support(run, bearing)) for run in runs.values()]
     gaps = [_clearance(run, bearing) for run in runs.values()]
     clearances = [c for c in gaps if c is not None]
@@ -144,9 +145,9 @@ def _motion(runs: Runs, bearing: str, falls: bool) -> tuple[str, list[Array | No
 
 
 def contact(runs: Runs, sites: list[str]) -> Figure:
-    """Draw the normal contact force at each site over the run, its 1 ms mean as a thick line, with the largest marked.
+    """Draw the normal contact force at each site over the run, with its 1 ms mean as a thick line; mark the largest.
 
-    The first impacts of falls are enlarged beside them.
+    If a rotor falls, the first impacts are enlarged in a second column.
     """
     forces = {site: _forces_at(runs, site, _is_changing(runs)) for site in sites}
     figure, columns = _along_the_run(runs, sites, site_title, lambda panel, site: draw_forces(panel, forces[site]))
@@ -157,13 +158,13 @@ def contact(runs: Runs, sites: list[str]) -> Figure:
 
 
 def _forces_at(runs: Runs, site: str, changing: bool) -> list[tuple[Array, SiteForce, str]]:
-    """Return times, force and colour of each run that touches a site."""
+    """Return the times, force and colour of each run in which the rotor touches a site."""
     forces = [(run, site_force(run, site), colour) for run, colour in zip(runs.values(), COLOURS * 2, strict=False)]
     return [(_times(run, changing), force, colour) for run, force, colour in forces if force is not None]
 
 
 def _times(run: Signals, changing: bool) -> Array:
-    """Return the position of each sample on the time axis: its cycle, or its time (s) if the speed of a run changes."""
+    """Return the position of each sample on the time axis: its cycle, or its time (s) if any run's speed changes."""
     return np.asarray(run["time"].values, np.float64) if changing else cycles(run)
 
 
@@ -173,7 +174,7 @@ def _is_changing(runs: Runs) -> bool:
 
 
 def _first_impacts(runs: Runs) -> tuple[float, float] | None:
-    """Return the limits of the time axis with the first impacts of all runs with a fall; None if there is no fall."""
+    """Return limits of the time axis that contain the first impacts of all falls; None if no rotor falls."""
     changing = _is_changing(runs)
     drawn = [(run, first) for run in runs.values() if (first := first_impacts(run)) is not None]
     sizes = [1.0 if changing else float(run.attrs["period_s"]) for run, _ in drawn]
@@ -186,7 +187,7 @@ def _first_impacts(runs: Runs) -> tuple[float, float] | None:
 def _along_the_run(
     runs: Runs, names: list[str], title_in: Callable[[Signals, str], str], draw: Callable[[Axes, str], None]
 ) -> tuple[Figure, NDArray[np.object_]]:
-    """Return a figure with a panel for each name, over cycles (or time, if a speed varies), and its columns of panels.
+    """Return a figure with a panel for each name, drawn over cycles (or time, if a speed varies), and its columns.
 
     If the rotor falls in any run, a second column enlarges the first impacts.
     """
@@ -213,7 +214,7 @@ def _along_the_run(
 
 
 def _union(names: Iterable[Iterable[str]]) -> list[str]:
-    """Return the names of all runs without repetition, in order of first appearance."""
+    """Return the names in all runs without repetition, in order of first appearance."""
     return list(dict.fromkeys(name for of_run in names for name in of_run))
 
 
@@ -236,12 +237,12 @@ def _largest(values: Iterable[Array | None]) -> float:
 
 
 def _reach(panel: Axes) -> float:
-    """Return symmetric axis limits that contain all data of a panel."""
+    """Return the limit of symmetric axes that contain all data of a panel."""
     return 1.08 * float(np.abs([*panel.dataLim.intervalx, *panel.dataLim.intervaly]).max())
 
 
 def _events(runs: Runs) -> list[tuple[str, float]]:
-    """Return the events of all runs, each once; none if the axis mixes time and cycles."""
+    """Return the events of all runs, each once; return none if the speed changes in some runs but not in all."""
     if len({speed_changes(run) for run in runs.values()}) > 1:
         return []
     return list(dict.fromkeys(event for run in runs.values() for event in event_times(run).items()))

@@ -15,7 +15,7 @@ MOST_NAMES = 6  # most names in a printed list
 
 @dataclass(frozen=True)
 class LargestDifference:
-    """Largest difference of a signal from the first run's, in the signal's unit, and its cycle."""
+    """Largest difference of a signal from that of the first run, in the signal's unit, and the cycle of this value."""
 
     signal: str
     unit: str
@@ -25,7 +25,7 @@ class LargestDifference:
 
 @dataclass(frozen=True)
 class AgainstFirst:
-    """Comparison of a run with the first run, over the samples at common times.
+    """Comparison of a run with the first run over the samples that both have at the same times.
 
     label
         The run.
@@ -33,12 +33,12 @@ class AgainstFirst:
         Whether both have samples at the same times, up to the end of the shorter run; otherwise signals are not
         compared.
     compared, equal
-        Number of common signals, and of those that are bitwise equal.
+        Number of common signals, and number of common signals that are bitwise equal.
     not_finite
-        Common signals that differ and have values which are not finite in one of the runs.
+        Common signals that differ and have non-finite values in at least one of the two runs.
     largest
-        Difference of the signal that deviates most, relative to its range in the first run; None if the differing ones
-        are constant there.
+        Difference of the signal that deviates most relative to its range in the first run; None if all signals that
+        differ are constant in the first run.
     """
 
     label: str
@@ -56,7 +56,7 @@ class SignalComparison:
     common
         Signals that all runs have.
     only_some
-        Runs that have a signal, by signal, if not all have it.
+        For each signal that not all runs have, the runs that have it.
     against_first
         Comparison of each other run with the first.
     """

@@ -1,4 +1,4 @@
-"""Table of quantities of several summaries, with differences from the first."""
+"""Table of the quantities in several summaries, with their differences from the first summary."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Value = float | str | bool | None
 
 @dataclass(frozen=True)
 class ComparedValue:
-    """A quantity of all runs.
+    """A quantity with its values in all runs.
 
     quantity
         Its key in the summary, with its bearing, site or state.
@@ -34,7 +34,7 @@ class ComparedValue:
     values
         Value of each run; may be None.
     differences
-        Value minus that of the first run; None if one of them is not a number.
+        Value minus the value of the first run; None if one of the two is not a number.
     """
 
     quantity: str
@@ -55,7 +55,7 @@ def rows_of(summaries: Sequence[Summary]) -> tuple[ComparedValue, ...]:
 
 
 def verdicts_and_facts(labels: Sequence[str], summaries: Sequence[Summary]) -> list[TextBlock]:
-    """Return the verdict of each run, and a table of the rows that `amb-cosim run` prints below it."""
+    """Return the verdict of each run, and a table of the rows that `amb-cosim run` prints below a verdict."""
     verdicts = [f"{label}: {summary.verdict}" for label, summary in zip(labels, summaries, strict=True)]
     facts = [dict(summary.verdict.facts) for summary in summaries]
     table = Table(box=None, padding=(0, 2, 0, 0))
@@ -67,7 +67,7 @@ def verdicts_and_facts(labels: Sequence[str], summaries: Sequence[Summary]) -> l
 
 
 def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
-    """Return a table with a column for each run, and the difference from the first next to the other values.
+    """Return a table with a column for each run; differences from the first run stand next to the other values.
 
     Quantities that are zero in all runs are left out.
     """
@@ -88,7 +88,7 @@ def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
 
 
 def _in_display_units(row: ComparedValue) -> ComparedValue:
-    """Return a quantity in the chosen unit; speeds and frequency bands are otherwise in their usual units."""
+    """Return a quantity in the chosen unit; without a choice, speeds and frequency bands get their usual units."""
     if row.unit == "rad/s":
         unit = frequency_unit() if row.quantity == BAND else speed_unit()
         label, factor = unit.label, 1.0 / unit.size
@@ -100,7 +100,7 @@ def _in_display_units(row: ComparedValue) -> ComparedValue:
 
 
 def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
-    """Yield name, value and unit of each quantity, with one name per place."""
+    """Yield the name, value and unit of each quantity, with a separate name for each bearing, site or state."""
     units = units_of(Summary)
     for quantity in (field.name for field in fields(summary) if field.name not in LEFT_OUT):
         states = dict(enumerate(summary.contact_states)) if quantity == "contact_share" else {}
@@ -111,7 +111,7 @@ def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
 
 
 def _whirl_speeds(summary: Summary) -> dict[str, float | None]:
-    """Return the mean whirl speed at each site (rad/s); None also where a rotor that swings or lies does not whirl."""
+    """Return the mean whirl speed at each site (rad/s); None also where a fallen rotor swings or lies without whirl."""
     fallen = {} if summary.touchdown is None else summary.touchdown.retainers
     still = {site for site, item in fallen.items() if item.whirl == "none"}
     return {site: None if site in still else speed for site, speed in summary.whirl_speed.items()}
@@ -138,8 +138,7 @@ def _cell(value: Value) -> str:
 
 
 def _change(row: ComparedValue, run: int) -> str:
-    """Return the difference of a run in percent of the first run's value; for shares and cycles, the absolute
-    difference."""
+    """Return a run's difference from the first run: in percent, or for shares and cycles as an absolute difference."""
     difference, first = row.differences[run], row.values[0]
     if difference is None or isinstance(first, bool | str | None):
         return ""

@@ -26,7 +26,7 @@ KEYS = (*MATRICES, *NAMES, "Ts", "speeds", "slow_time", "allow_unstable", "start
 
 
 def write_arrays(path: Path, laws: Mapping[float, Law], facts: Mapping[str, Any]) -> Path:
-    """Write laws by speed, and the other data listed, into a file whose suffix selects the format; return its path.
+    """Write laws by speed, and `facts` by key, into a file whose suffix selects the format; return the file's path.
 
     Raises
     ------
@@ -54,12 +54,12 @@ def write_arrays(path: Path, laws: Mapping[float, Law], facts: Mapping[str, Any]
 
 
 def read_arrays(path: Path) -> dict[str, Any]:
-    """Return the content of a file as arguments of `linear_controller`, and `starts`.
+    """Return the content of a file as a dict with the arguments of `linear_controller` and `starts`.
 
     Raises
     ------
     ValueError
-        If it cannot be read, lacks a matrix, or an array is invalid.
+        If the file cannot be read, lacks a matrix, or contains an invalid array.
     """
     content = read_content(path, KEYS)
     lacks = [name for name in MATRICES if name not in content]

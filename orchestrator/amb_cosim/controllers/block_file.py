@@ -1,4 +1,4 @@
-"""Controllers of blocks in a TOML file.
+"""Controllers composed of blocks, in a TOML file.
 
     inputs = ["left.x", "right.x"]            # measured signals, as the matrices' columns
     outputs = ["left.i_x", "right.i_x"]       # demands
@@ -24,7 +24,7 @@
       { type = "notch", frequency = "350 Hz", damping = 0.1 },   # or over speed, as a gain
     ]
 
-Cross coupling is a channel from one axis to the other. `blocks` describes the blocks.
+To couple axes, add a channel from one axis to the other. The module `blocks` describes the blocks.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ Gains = Annotated[tuple[tuple[Value, float], ...], Field(min_length=1, max_lengt
 
 
 class Channel(Table):
-    """Blocks in series from a signal to a demand, or from each of several signals to one of several demands."""
+    """Blocks in series from a signal to a demand, or from each of several signals to its own one of several demands."""
 
     from_: Annotated[str | Names, Field(alias="from")]
     to: str | Names
@@ -61,7 +61,7 @@ class Channel(Table):
 
 
 class ControllerTable(Table):
-    """The content of a file."""
+    """The content of a controller file."""
 
     description: str = ""
     inputs: Names
@@ -89,7 +89,7 @@ def read_blocks(path: Path, continuous: bool = False) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If it cannot be read or is invalid; one line for each error of form.
+        If the file cannot be read or is invalid; the message has one line for each error of form.
     """
     table = validate(read_toml(path, "controller"), ControllerTable, "controller")
     time = check_sample_time(quantity(table.sample_time, "s", "sample_time"))
@@ -173,7 +173,7 @@ def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
 
 
 def _weights(name: str, ports: Sequence[str], sums: Mapping[str, Mapping[str, float]], where: str, kind: str) -> Array:
-    """Return the weight of each port in a name, which is a port or a sum."""
+    """Return the weight of each port in what `name` denotes: a port, or a sum of ports."""
     if name not in sums and name not in ports:
         raise ValueError(f"{where} = {name!r} is not allowed; {suggest(name, [*ports, *sums])}")
     weights = np.zeros(len(ports))

@@ -1,4 +1,4 @@
-"""Controller blocks for magnetic bearings: from tables in a file to continuous laws.
+"""Controller blocks for magnetic bearings: conversion of tables in a file to continuous laws.
 
     gain          gain
     pid           kp + ki/s + kd s/(1 + s/w),  w = roll_off
@@ -52,7 +52,7 @@ def _number(raw: Value, unit: str, name: str, low: float, high: float) -> float:
 
 
 def schedule(points: Sequence[tuple[Value, Value]], name: str, value_of: ValueOf) -> list[tuple[float, float]]:
-    """Return ascending speeds (rad/s) and the value at each; raises ValueError if they lack a unit or do not ascend."""
+    """Return speeds (rad/s) and the value at each; raise ValueError if the speeds lack a unit or do not ascend."""
     where = f"speed of {name}"
     for speed, _ in points:
         require_speed_unit(str(speed), where)
@@ -134,10 +134,11 @@ class Notch(BlockTable):
     depth: Value = 0.0
 
     def speeds(self) -> list[float]:
-        """Return the points' speeds (rad/s), and others between them.
+        """Return the speeds (rad/s) of the points, and additional speeds between them.
 
-        Matrices are interpolated between these, which makes w^2 linear: midway between w and w (1 + d) it is d^2/8 too
-        high. This is a share `OFF_CENTRE` of the half-width z w at d = sqrt(8 OFF_CENTRE z).
+        Matrices are interpolated between these speeds, so w^2 varies linearly. Midway between w and w (1 + d), the
+        frequency is therefore too high by d^2/8 of w. If d = sqrt(8 OFF_CENTRE z), this error is the share `OFF_CENTRE`
+        of the half-width z w.
         """
         points = self._frequencies()
         if not points:

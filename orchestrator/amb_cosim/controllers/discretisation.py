@@ -1,11 +1,11 @@
-"""Discretisation of continuous laws: python-control's methods, on balanced states.
+"""Discretisation of continuous laws by the methods of python-control, applied to balanced states.
 
-    tustin           s -> 2/T (z - 1)/(z + 1); with a prewarped frequency w, w / tan(w T/2) replaces 2/T: the
-                     response there is that of the continuous law
+    tustin           s -> 2/T (z - 1)/(z + 1); with a prewarped frequency w, w / tan(w T/2) replaces 2/T, so the
+                     response at w is that of the continuous law
     zoh, foh         the response to a signal that is held or linear between samples
     euler            s -> (z - 1)/T
     backward_diff    s -> (z - 1)/(T z)
-    matched          poles and zeros by z = exp(s T), equal as s -> 0, see `_matched`; for a signal and one demand
+    matched          poles and zeros by z = exp(s T), equal as s -> 0 (`_matched`); only for one signal and one demand
     impulse          the impulse response
 
 Balancing scales the states by powers of two until the rows and columns of A have similar norms. Rounding errors, mainly
@@ -29,7 +29,7 @@ SAMPLE_TIMES = (1e-6, 0.1)  # s
 
 
 def check_sample_time(sample_time: float) -> float:
-    """Return a sample time (s); raises ValueError if it is not allowed."""
+    """Return a sample time (s); raise ValueError if it is not allowed."""
     low, high = SAMPLE_TIMES
     if isinstance(sample_time, bool) or not isinstance(sample_time, int | float | np.number):
         raise ValueError(f"sample_time = {sample_time!r} is not allowed; it must be a number of seconds")
@@ -46,7 +46,7 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
     law
         Continuous law, or law sampled at `sample_time`.
     sample_time
-        s.
+        Sample time (s).
     method
         One of `METHODS`, for a continuous law.
     prewarp
@@ -55,7 +55,7 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
     Raises
     ------
     ValueError
-        If the law has another sample time, or method or frequency is not allowed.
+        If the law has another sample time, or the method or frequency is not allowed.
     """
     check_sample_time(sample_time)
     if method not in METHODS:
@@ -100,14 +100,17 @@ def _sampled(law: Law, sample_time: float, method: str, prewarp: float | None) -
 
 
 def _matched(system: Any, sample_time: float) -> Any:
-    """Return the matched law of a transfer function; python-control divides by zero if it has a pole or zero at s = 0.
+    """Return the matched law of a transfer function.
 
-    With zeros z_i and poles p_i, n zeros less poles at s = 0, and primes for products over all others,
+    Unlike python-control, this does not divide by zero if the function has a pole or zero at s = 0.
+
+    Let z_i be the zeros and p_i the poles, let n be the number of zeros minus the number of poles at s = 0, and let
+    primes denote products over all other zeros or poles. Then
 
         K(s) = k prod (s - z_i)/prod (s - p_i),    K_d(z) = k_d prod (z - exp(z_i T))/prod (z - exp(p_i T))    (1)
         k_d T^n prod' (1 - exp(z_i T))/prod' (1 - exp(p_i T)) = k prod' (-z_i)/prod' (-p_i)                    (2)
 
-    since z - 1 -> s T: the static gain, or the rate of integration, is preserved.
+    because z - 1 -> s T. This preserves the static gain, or the rate of integration.
     """
     import control
     from scipy.signal import tf2zpk

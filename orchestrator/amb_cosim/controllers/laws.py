@@ -28,7 +28,7 @@ class Law:
     Raises
     ------
     ValueError
-        If shapes do not fit, or a number is complex or not finite.
+        If the shapes do not match, or a number is complex or not finite.
     """
 
     A: Array
@@ -63,7 +63,7 @@ def law_of(K: Any, sampled: bool = False) -> Law:
     Raises
     ------
     ValueError
-        If it has another form, its numbers are not allowed, or a transfer function has more zeros than poles.
+        If K has another form or numbers that are not allowed, or is a transfer function with more zeros than poles.
     """
     library = type(K).__module__.partition(".")[0]
     kind = type(K).__name__
@@ -88,7 +88,7 @@ def law_of(K: Any, sampled: bool = False) -> Law:
 
 
 def balancing_factors(A: Array) -> Array:
-    """Return powers of two, a factor for each state, that give rows and columns of A similar norms."""
+    """Return a factor for each state, a power of two, so that the rows and columns of A get similar norms."""
     from scipy.linalg import matrix_balance
 
     with np.errstate(invalid="ignore"):  # SciPy converts the factors to integers, too, which are not used
@@ -97,12 +97,12 @@ def balancing_factors(A: Array) -> Array:
 
 
 def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
-    """Return k prod(s - z) / prod(s - p) as sections of second order in sequence.
+    """Return k prod(s - z) / prod(s - p) as sections of second order in series.
 
     Each section has two zeros and two poles, because a polynomial of high order would lose digits. A section with n
     poles and m zeros has the gain a^((n - m)/n), where a is the product of the magnitudes of its poles, so that the
-    signals between sections are of similar size. The first section contains the rest of k. If it contained all of k,
-    states would differ by a factor of 1e26 in a low-pass of order 8, and frequency responses would have no correct
+    signals between sections are of similar size. The first section has the remaining factor of k. If it had all of k,
+    the states of a low-pass of order 8 would differ by a factor of 1e26, and frequency responses would have no correct
     digit.
     """
     from scipy.signal import zpk2sos

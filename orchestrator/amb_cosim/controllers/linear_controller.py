@@ -1,4 +1,4 @@
-"""A linear controller from Python: a sampled law, or one for each speed, with its signals and demands."""
+"""A linear controller from Python: one sampled law, or one law for each speed, with its signals and demands."""
 
 from __future__ import annotations
 
@@ -32,9 +32,10 @@ WEIGHTS = (0.25, 0.5, 0.75)  # of the second of two speeds, for interpolated mat
 
 @dataclass(frozen=True, eq=False)
 class LinearController:
-    """A sampled law, or one per speed, with the data of its FMU; created by `linear_controller`.
+    """One sampled law, or one law per speed, with the data of its FMU; created by `linear_controller`.
 
-    It stands for an FMU in scenarios and systems: `amb_cosim.run(scenario, fmu={"rolac_controller": controller})`.
+    In scenarios and systems, it can take the place of an FMU: `amb_cosim.run(scenario, fmu={"rolac_controller":
+    controller})`.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ class LinearController:
     ports
         Names of signals and demands.
     sample_time
-        s.
+        Sample time (s).
     slow_time
         Time constant (s) above which a mode counts as slow; see `slow_modes`.
     starts
@@ -63,7 +64,7 @@ class LinearController:
 
     @cached_property
     def model_and_constants(self) -> tuple[Model, Array]:
-        """The model of its FMU, and its constants."""
+        """The model of the controller's FMU, and the constants of this model."""
         from amb_cosim.controllers.constants import constants_of
         from amb_cosim.controllers.slow_modes import slow_modes
         from fmi_export.model import with_starts
@@ -81,7 +82,7 @@ class LinearController:
         platforms: Iterable[str] | None = None,
         fmi: Fmi = 2,
     ) -> Path:
-        """Write `linear_controller.fmu` into a folder and return its path; options as for `amb_cosim.build`."""
+        """Write `linear_controller.fmu` into a folder and return its path; the options are as for `amb_cosim.build`."""
         from amb_cosim.cosim.building.build_target import BuildTarget
 
         return BuildTarget(flavour, platforms, fmi).build(*self.model_and_constants, Path(folder))
@@ -108,7 +109,7 @@ class LinearController:
         return f"{type(self).__name__}({digest})"
 
     def state_space(self, speed: float | None = None) -> Any:
-        """Return `law_at` as control.StateSpace; dots in names become _."""
+        """Return `law_at` as a control.StateSpace; dots in names are replaced by underscores."""
         import control
 
         law = self.law_at(speed)
@@ -119,7 +120,8 @@ class LinearController:
     def law_at(self, speed: float | None = None) -> Law:
         """Return the sampled law from signals to demands, with the gains of the demands.
 
-        For a table it is the law at a speed (rad/s), interpolated as in a run, or the first law if no speed is given.
+        For a table of laws, this is the law at a speed (rad/s), interpolated as in a run, or the first law if no speed
+        is given.
         """
         speeds, laws = list(self.laws), list(self.laws.values())
         place = 0.0 if speed is None else float(np.interp(speed, speeds, np.arange(len(speeds))))
@@ -146,32 +148,34 @@ def linear_controller(
     slow_time: float | None = None,
     allow_unstable: bool | None = None,
 ) -> LinearController:
-    """Return a sampled controller u = K y, a component for scenarios and FMUs.
+    """Return a sampled controller u = K y that can be used in scenarios and built as an FMU.
 
     For a K designed for negative feedback, u = -K y, pass `-K`. If K is a file, the other arguments replace its values.
 
     Parameters
     ----------
     K
-        control.StateSpace or TransferFunction, a system of scipy.signal, arrays (A, B, C, D), (z, p, k) or (num, den),
-        or a dict from speeds (rad/s) to these, of one order, whose matrices are interpolated; or the path of a file
-        with the arrays A, B, C, D (`.npz`, `.mat`) or with blocks (`.toml`).
+        A law, which is a control.StateSpace or TransferFunction, a system of scipy.signal, or arrays (A, B, C, D), (z,
+        p, k) or (num, den). Alternatively, a dict that maps speeds (rad/s) to laws of equal order, whose matrices are
+        interpolated, or the path of a file with the arrays A, B, C, D (`.npz`, `.mat`) or with blocks (`.toml`).
     inputs, outputs
         Names of the measured signals (m) and of the demands (A), as in the other components; by default the labels of
         K.
     sample_time
-        Time between samples (s); by default that of a sampled K.
+        Time between samples (s); by default the sample time of K if K is sampled.
     method, prewarp
-        Discretisation of a continuous K: `tustin` (default), exact at the frequency `prewarp` (rad/s) if given, `zoh`,
-        `foh`, `euler`, `backward_diff`, `matched`, `impulse`. A sampled K has none.
+        Discretisation of a continuous K: `tustin` (the default, which is exact at the frequency `prewarp` in rad/s if
+        this is set), `zoh`, `foh`, `euler`, `backward_diff`, `matched` or `impulse`. Neither can be set for a sampled
+        K.
     sampled_arrays
-        Whether arrays, which do not state it, describe a sampled law; arrays in a file state it.
+        Whether arrays describe a sampled law, because arrays alone do not state this; arrays in a file do.
     gains, offsets, limits
-        Factor (1), added value (0 A), and smallest and largest value (A) of each demand, or of all.
+        Factor (default 1), added value (default 0 A), and smallest and largest value (A), for each demand or for all
+        demands.
     delay
-        Delay of the demands in samples (0), integer or fractional.
+        Delay of the demands in samples, integer or fractional (default 0).
     slow_time
-        Modes with a longer time constant (0.1 s) track the limited demand (anti-windup).
+        Time constant (s, default 0.1) above which modes track the limited demand (anti-windup).
     allow_unstable
         Whether the controller itself may have poles outside the unit circle.
 
@@ -224,7 +228,7 @@ def linear_controller(
 
 
 def _from_file(path: Path, options: Mapping[str, Any]) -> LinearController:
-    """Return the controller in a file; `options`, arguments of `linear_controller`, override the file."""
+    """Return the controller in a file; `options` are arguments of `linear_controller` that override the file."""
     from amb_cosim.controllers.array_file import read_arrays
     from amb_cosim.controllers.block_file import read_blocks
     from amb_files.array_files import SUFFIXES

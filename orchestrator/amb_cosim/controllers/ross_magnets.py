@@ -1,4 +1,4 @@
-"""The files that levitate a rotor that ROSS saved with magnetic bearings: its PID control, and a scenario."""
+"""Files that levitate a rotor saved by ROSS with magnetic bearings: a controller with its PID law, and a scenario."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def levitation_files(name: str, rotor: str, magnets: Mapping[str, SavedMagnet]) 
 
     i = -k_amp k_sense (k_p x + k_I int x dt + k_d x'),   2 mu_0 A N^2 = mu_0 n_w^2 a_g/2     (1)
 
-    ROSS counts the turns n_w of two poles in series, the actuator counts the turns of one, N = n_w/2, on the same pole
-    area.
+    ROSS counts the turns n_w of two poles in series, whereas the actuator counts the turns of one pole, N = n_w/2; the
+    pole area is the same.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def levitation_files(name: str, rotor: str, magnets: Mapping[str, SavedMagnet]) 
     rotor
         Name of the rotor file that the scenario is for.
     magnets
-        The magnetic bearings by their names in that file; each has a sensor `NAME_probe`.
+        The magnetic bearings by their names in the rotor file; each has a sensor `NAME_probe`.
     """
     controller = {
         "inputs": [f"{of}_probe.{axis}" for of in magnets for axis in AXES],

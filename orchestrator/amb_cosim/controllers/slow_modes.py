@@ -1,17 +1,17 @@
 """The slow modes of a sampled law, which wind up when a demand is limited.
 
-A = [V V_f] diag(A_s, A_f) [W; W_f] with the modes |lambda| >= alpha = exp(-T / slow_time) in A_s; the method is an
-ordered real Schur form and a Sylvester equation. With C_s = C V and F = A_s / alpha, whose modes are all outside the
-unit circle,
+The law is split by A = [V V_f] diag(A_s, A_f) [W; W_f], where A_s contains the modes with |lambda| >= alpha = exp(-T /
+slow_time). The split uses an ordered real Schur form and a Sylvester equation. With C_s = C V and F = A_s / alpha,
+whose modes are all outside the unit circle,
 
     X = F^-T (X + C_s^T C_s) F^-1,    P = X^-1                                         (1)
     L = alpha V F P C_s^T (C_s P C_s^T + 1)^-1                                         (2)
 
-is the gain of the Kalman filter for F without process noise: A_s - W L C_s has the modes alpha^2 / conj(lambda).
-B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, chapter 4, with a prescribed degree of stability as in their
+is the gain of the Kalman filter for F without process noise, so A_s - W L C_s has the modes alpha^2 / conj(lambda). B.
+D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, chapter 4, with a prescribed degree of stability as in their
 Optimal Control, 1990. Modes that are unobservable from the demands are not included, and neither are modes that are
-hardly observable in comparison with others. Independent groups of states are compared on one scale, since their units
-may differ.
+hardly observable in comparison with others. Independent groups of states are first brought to a common scale, because
+their units may differ.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ class SlowModes:
     tracking
         L, shape (n_states, n_demands).
     rest
-        V_f (1 - A_f)^-1 W_f B: steady states under a unit signal, slow modes at zero; shape (n_states, n_signals).
+        V_f (1 - A_f)^-1 W_f B: the steady states under a unit signal, with the slow modes at zero; shape (n_states,
+        n_signals).
     slow
         V W, shape (n_states, n_states).
     """
@@ -47,7 +48,7 @@ class SlowModes:
 
 
 def groups_of(pattern: Bools) -> list[Indices]:
-    """Return groups of mutually independent states, from the nonzero entries of A."""
+    """Return mutually independent groups of states, found from the nonzero entries of A."""
     from scipy.sparse.csgraph import connected_components
 
     if not len(pattern):
@@ -98,9 +99,9 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
 
 
 def _scales(maps: Sequence[Array]) -> list[float]:
-    """Return a power of two for each group that makes the outputs of its slow modes similar in size.
+    """Return a factor for each group, a power of two, that makes the outputs of all slow modes similar in size.
 
-    Groups whose outputs differ by less than `ALIKE` keep the factor 1.
+    Groups whose outputs differ by a factor of less than `ALIKE` keep the factor 1.
     """
     sizes = [float(np.linalg.norm(of_group)) for of_group in maps]
     largest = max(sizes, default=0.0)
@@ -109,7 +110,7 @@ def _scales(maps: Sequence[Array]) -> list[float]:
 
 
 def _split(A: Array, B: Array, alpha: float) -> tuple[Array, Array, Array, Array]:
-    """Return V, W and A_s of the slow modes, and the rest term of the fast ones."""
+    """Return V, W and A_s of the slow modes, and the term `rest` of the fast modes."""
     from scipy.linalg import schur, solve_sylvester
 
     scale = balancing_factors(A)

@@ -1,1 +1,1 @@
-"""Export for other tools: FMUs of the models, one FMU of all three, and SSP archives."""
+"""Export for other tools: FMUs of the models, one FMU of all three models, and SSP archives."""

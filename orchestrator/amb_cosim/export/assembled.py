@@ -1,7 +1,7 @@
 """Systems in one FMU: the levitated rotor, or any system of models, with a scenario's start values.
 
-FMPy's container cannot hold such a system: the container only takes multiples of one fixed step, and saves no state, so
-a step can neither be divided at the samples, with sums over its parts, nor be repeated.
+FMPy's container cannot hold such a system. The container only takes multiples of one fixed step, so a step cannot be
+divided at the samples with sums over its parts. It also saves no state, so a step cannot be repeated.
 """
 
 from __future__ import annotations
@@ -45,24 +45,24 @@ def build_assembled(
 ) -> Path:
     """Write an FMU with all components of a system into a folder and return its path.
 
-    It is called `levitated_rotor` if it contains controller, actuator and rotor, and otherwise by the name of the
-    system.
+    The FMU is called `levitated_rotor` if it contains a controller, an actuator and a rotor; otherwise it has the name
+    of the system.
 
     Parameters
     ----------
     scenario
-        Provides system, rotor, and start values of parameters and inputs: a `Scenario`, a name or the path of a TOML
-        file, or the path of a system file; default: the system `levitated`.
+        Source of the system, the rotor, and the start values of parameters and inputs: a `Scenario`, the name or TOML
+        file of a scenario, or a system file. The default is the system `levitated`.
     rotor, receptances
-        Replace the scenario's; see `build`.
+        Values that replace those of the scenario; see `build`.
     folder, flavour, platforms, fmi, arrays, sources
         As for `build`.
 
     Raises
     ------
     ValueError
-        If the scenario or a file is invalid, a component of the system is not a model, its coupling is iterative, or
-        the FMU cannot be built.
+        If the scenario or a file is invalid, a component of the system is not a model, the coupling of the system is
+        iterative, or the FMU cannot be built.
 
     Examples
     --------
@@ -91,9 +91,10 @@ def levitated_rotor(
 
 
 def assembled(plan: Plan, made: Mapping[str, Made]) -> Made:
-    """Return the model of a planned system whose components are these models, and its constants.
+    """Return the model of a planned system, with the models in `made` as its components, and the model's constants.
 
-    Steps are divided at the samples of the one component with a sample time, otherwise at the communication step.
+    Steps are divided at the samples if exactly one component has a sample time, and otherwise at the communication
+    step.
 
     Raises
     ------

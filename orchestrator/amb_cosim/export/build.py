@@ -1,4 +1,4 @@
-"""FMUs of the models: the three of the rotor, or the components of a scenario with its values."""
+"""FMUs of the models: the three models of a rotor, or the components of a scenario with the scenario's values."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ def build(
         `native` FMUs are compiled, for this machine or for the named platforms (`linux64`, `win64`, `darwin64`,
         `aarch64-linux`, `aarch64-darwin`, `wasm32`); `python` FMUs are run by PythonFMU.
     rotor
-        Name of a packaged rotor, or rotor file (TOML); default: that of the scenario or of the packs.
+        Name of a packaged rotor, or a rotor file (TOML); by default the rotor of the scenario or of the packs.
     receptances
-        Table with the controller's H, a `ReceptanceTable` or its file; default: that of the scenario, or H of the
-        rotor model.
+        Table with the controller's H: a `ReceptanceTable` or its file. The default is the table of the scenario, or
+        else H from the rotor model.
     fmi
         FMI version of native FMUs, 2 or 3; FMUs of flavour python use 2.
     scenario
-        Provides the start values of parameters and inputs, and the step of the default experiment: a `Scenario`, a name
-        or the path of a TOML or system file. Each FMU is then named after its component. Events and speed profiles are
-        not included.
+        Source of the start values of parameters and inputs, and of the step of the default experiment: a `Scenario`,
+        the name or TOML file of a scenario, or a system file. Each FMU is then named after its component. Events and
+        speed profiles are not included.
     arrays
         Whether FMUs of FMI 3.0 have array variables; otherwise each value has a separate reference.
     sources
-        Whether native FMUs include their C code, for other targets.
+        Whether native FMUs include their C code, so that they can be compiled for other targets.
 
     Raises
     ------

@@ -34,12 +34,12 @@ def export_ssp(
     scenario, set, until, rotor, receptances, flavour
         As for `amb_cosim.run`.
     path
-        The archive.
+        Path of the archive.
     platforms
-        Platforms of its FMUs; default: this machine. See `amb_cosim.build`.
+        Platforms of the archive's FMUs; by default this machine. See `amb_cosim.build`.
     connectors, integers
-        Whether signals and changing inputs are connectors of the system, and Enumerations are Integers; see
-        `cosim.ssp.export_ssp`.
+        Whether signals and changing inputs become connectors of the system, and whether Enumerations become Integers;
+        see `cosim.ssp.export_ssp`.
 
     Raises
     ------

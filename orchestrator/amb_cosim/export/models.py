@@ -1,4 +1,4 @@
-"""The models of this project, found by entry points."""
+"""The models of this project, which are found through entry points."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Made = tuple["Model", Array]
 
 @made_from("rotor_contact", "rotor_analysis", "amb_cosim.model_constants", rotor=rotor_path)
 def rotor_contact(rotor: RotorSource = None, stators: Sequence[str] = (), **_: Any) -> Made:
-    """Return the plant of a rotor: a packaged one, a rotor file, or the packs' default.
+    """Return the plant of a packaged rotor, of a rotor file, or of the packs' default rotor.
 
     The rotor can touch the stator bores of the bearings `stators`.
     """
@@ -36,7 +36,7 @@ def rotor_contact(rotor: RotorSource = None, stators: Sequence[str] = (), **_: A
 
 @made_from("amb_actuator", "rotor_analysis", "amb_cosim.model_constants", rotor=rotor_path)
 def amb_actuator(rotor: RotorSource = None, **_: Any) -> Made:
-    """Return the actuator for the bearings of a rotor; default: the packs' default."""
+    """Return the actuator for the bearings of a rotor, by default the packs' default rotor."""
     from amb_cosim.model_constants.rotor_models import actuator
     from rotor_analysis.rotor_file import load_rotor
 
@@ -45,9 +45,9 @@ def amb_actuator(rotor: RotorSource = None, **_: Any) -> Made:
 
 @made_from("rolac_controller", "signal_chain", "rotor_analysis", "amb_cosim.model_constants", rotor=rotor_path)
 def rolac_controller(rotor: RotorSource = None, receptances: Path | ReceptanceTable | None = None, **_: Any) -> Made:
-    """Return the controller for a rotor, with H of a table file, or of the rotor model from 5 to 100 Hz.
+    """Return the controller for a rotor, with H from a table file, or from the rotor model between 5 and 100 Hz.
 
-    The rotor of this model is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
+    In this model, the rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
     """
     from amb_cosim.model_constants.receptance_file import read_table
     from amb_cosim.model_constants.rotor_models import control_loop, controller
@@ -61,7 +61,7 @@ def rolac_controller(rotor: RotorSource = None, receptances: Path | ReceptanceTa
 
 @made_from("linear_controller", "signal_chain", "amb_cosim.controllers")
 def linear_controller(file: Path | LinearController | None = None, **_: Any) -> Made:
-    """Return the linear controller from a file, of arrays (`.npz`, `.mat`) or blocks (TOML), or from Python."""
+    """Return the linear controller from a file with arrays (`.npz`, `.mat`) or blocks (TOML), or from Python."""
     from amb_cosim.controllers.linear_controller import linear_controller as made_of
 
     if file is None:

@@ -1,4 +1,4 @@
-"""The plan of a run of models, before FMUs are built: their start values from a scenario or a system file."""
+"""Plans of runs of models before FMUs are built, with start values from a scenario or a system file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STEP_SIZE = 250e-6  # s, default communication step
 
 @dataclass(frozen=True)
 class PlannedModels:
-    """A plan, with model and constants of each component."""
+    """A plan, with the model and constants of each component."""
 
     plan: Plan
     made: Mapping[str, Made]
@@ -44,9 +44,9 @@ def plan_models(
     Parameters
     ----------
     scenario
-        A `Scenario`, a name or the path of a TOML file; or a system, by its name or the path of its file.
+        A `Scenario`, or the name or TOML file of a scenario; or a system, given by its name or file.
     rotor, receptances
-        Replace the scenario's; see `build`.
+        Values that replace those of the scenario; see `build`.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def plan_models(
 
 
 def made_for(system: System, source: Callable[..., Made] = model_source, **options: Any) -> dict[str, Made]:
-    """Return model and constants of each component of a system, from `model_source` or from its cache.
+    """Return the model and constants of each component of a system, from `model_source` or another `source`.
 
     Raises
     ------

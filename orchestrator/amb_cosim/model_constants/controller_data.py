@@ -1,4 +1,4 @@
-"""H from receptances (thesis 5.10), and the constants of a controller FMU with a table of receptances."""
+"""Computes H from receptances (thesis 5.10), and the constants of a controller FMU with a table of receptances."""
 
 from __future__ import annotations
 
@@ -59,7 +59,10 @@ def inverse_receptance(receptance: ArrayLike) -> Complex:
 
 
 def no_table(loop: ControlLoop) -> Array:
-    """Return the constants of a controller without a table: all functions except ROLAC, which must first identify H."""
+    """Return the constants of a controller without a table.
+
+    All functions can be used except ROLAC, which must first identify H.
+    """
     return pack_rows(loop, ())
 
 
@@ -69,11 +72,12 @@ def pack(loop: ControlLoop, speeds: ArrayLike, receptances: ArrayLike, orders: S
     Parameters
     ----------
     loop
-        Names of its bearings and sensors.
+        Names of the controller's bearings and sensors.
     speeds
         Speeds, shape (n,), ascending (rad/s).
     receptances
-        R at each of them, shape (n, n_sensors, n_axes), complex (m/N); for several harmonics (len(orders), n, ..).
+        R at each speed, shape (n, n_sensors, n_axes), complex (m/N); for several harmonics the shape is (len(orders),
+        n, ..).
     orders
         Orders of the harmonics, ascending.
 
@@ -107,10 +111,10 @@ def pack_rows(
     rows: Iterable[tuple[int, float, Complex]],
     inner: Iterable[tuple[int, float, Complex]] = (),
 ) -> Array:
-    """Return the constants of a controller from (order, speed, R), ascending in order and speed; see `pack`.
+    """Return the constants of a controller from rows (order, speed, R), ascending in order and speed; see `pack`.
 
-    The layout is described in `rolac_controller.sizes`, `inner_loop` and `receptance_table`. `inner` are (order, speed,
-    C) of a controller that closes the loop in parallel with the PID (`rolac_controller.inner_loop`).
+    The layout is described in `rolac_controller.sizes`, `inner_loop` and `receptance_table`. `inner` contains rows
+    (order, speed, C) for a controller that closes the loop in parallel with the PID (`rolac_controller.inner_loop`).
     """
     keys, receptances, inverses = [], [], []
     for order, speed, receptance in rows:
@@ -134,7 +138,7 @@ def pack_rows(
 
 
 def _checked(receptance: ArrayLike) -> Complex:
-    """Return R, if it has at least as many rows as columns, and finite numbers."""
+    """Return R as an array; raise ValueError if it has fewer rows than columns, or numbers that are not finite."""
     r = np.asarray(receptance, dtype=np.complex128)
     if r.ndim != 2 or not 1 <= r.shape[1] <= r.shape[0]:
         raise ValueError(f"receptance of shape {r.shape} is not allowed; it must have at least as many rows as columns")

@@ -1,7 +1,7 @@
-"""Force of a bearing axis without a simulation: its constants, static current and linearisation.
+"""Force of a bearing axis without a simulation: constants, static current and linearisation.
 
 The functions take the parameters of one axis as a record, like the kernels of the actuator; `axis_parameters` returns
-one.
+such a record.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ class Linearisation(NamedTuple):
 
 
 def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> np.record:
-    """Return the parameters of an axis as a record: the start values of the actuator's interface, with changes.
+    """Return the parameters of an axis as a record: the start values of the actuator's interface with `changes`.
 
     Parameters
     ----------
     bearing, axis
-        Name of the bearing (`mb1` and `mb2` have measured constants), and `x` or `y`, or `z` of a thrust magnet.
+        Name of the bearing (`mb1` and `mb2` have measured constants), and `x`, `y` or, for a thrust magnet, `z`.
     changes
-        Values by name without bearing and axis, `bias_current=4.3`.
+        Values that replace start values, by name without bearing and axis, for example `bias_current=4.3`.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def linear_constants(p: np.record) -> tuple[float, float]:
 
 
 def operating_constants(p: np.record, law: int) -> tuple[float, float]:
-    """Return K_s (N/m) and K_i (N/A) of a force law of the actuator at the operating point of an axis."""
+    """Return K_s (N/m) and K_i (N/A) at the operating point of an axis, for a force law of the actuator."""
     if law == MEASURED:
         return float(p.k_s_measured), float(p.k_i_measured)
     if law == LINEAR:
@@ -96,7 +96,8 @@ def operating_constants(p: np.record, law: int) -> tuple[float, float]:
 def static_current_for(load: float, p: np.record, law: int = NONLINEAR) -> float:
     """Return the static current I_s (A) of a centred axis that carries a static load under a force law.
 
-    P(I_s + I_b) - P(I_b) = load; without saturation under the linear law, and K_i/2 I_s = load under the measured one.
+    The current satisfies P(I_s + I_b) - P(I_b) = load; under the linear law, P has no saturation. Under the measured
+    law, the current satisfies K_i/2 I_s = load.
 
     Parameters
     ----------
@@ -126,7 +127,7 @@ def static_current_for(load: float, p: np.record, law: int = NONLINEAR) -> float
 
 
 def coil_range(p: np.record) -> tuple[float, float]:
-    """Return the smallest and the largest current (A) of a coil pair, together with its permanent magnets."""
+    """Return the smallest and the largest current (A) of a coil pair, including the effect of its permanent magnets."""
     least, most = least_and_most(p.current_limit, p.permanent_bias)
     return float(least), float(most)
 
@@ -141,14 +142,14 @@ def current_range(p: np.record) -> tuple[float, float]:
 
 
 def linearisation(p: np.record, x: Array | float = 0.0, i_c: Array | float = 0.0) -> Linearisation:
-    """Return the force of the nonlinear law (2.6) with saturation and its slopes K_s and K_i at any operating point.
+    """Return the force of the nonlinear law (2.6) with saturation, and its slopes K_s and K_i, at operating points.
 
     Parameters
     ----------
     p
         Parameters of the axis.
     x, i_c
-        Displacements (m) and control currents (A), of shapes that broadcast.
+        Displacements (m) and control currents (A), whose shapes can be broadcast together.
 
     Raises
     ------

@@ -33,22 +33,22 @@ ROUNDING = 1e-9  # relative contribution of a site to the displacement of a plac
 
 
 def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Model, Array]:
-    """Return the plant of a rotor, by default the packs', and its constants.
+    """Return the plant of a rotor, by default the packs' default rotor, and the constants of the plant.
 
-    Its layout contains the `mass` (kg) in addition to the planes.
+    The layout of the plant contains the `mass` (kg) in addition to the planes.
 
     Parameters
     ----------
     rotor
         A rotor description.
     stators
-        Names of bearings that get a contact site in their stator bore, see `stator_bores`.
+        Names of bearings that get a contact site in their stator bore (`stator_bores`).
 
     Raises
     ------
     ValueError
         If the rotor has no bearing, cannot be reduced as its file requires (`reduced_rotor`), or has seals with a mass
-        that the plant does not support (`constant_mass`); and as for `stator_bores`.
+        that the plant does not support (`constant_mass`). Also as for `stator_bores`.
     """
     rotor = rotor or load_rotor()
     structure, planes = plant_structure(rotor, stators)
@@ -57,9 +57,10 @@ def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Mode
 
 
 def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:
-    """Return the stator bores of bearings as contact sites, except the bores that the rotor declares itself.
+    """Return the stator bores of bearings as contact sites, except bores that the rotor itself declares.
 
-    They lie in the planes of the bearings, whose motion every reduction retains, so that the reduction stays the same.
+    The sites lie in the planes of the bearings. Every reduction retains the motion of these planes, so the sites do not
+    change the reduction.
 
     Raises
     ------
@@ -81,7 +82,7 @@ def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:
 def plant_structure(
     rotor: Rotor, stators: Sequence[str] = (), reduction: Reduction | None = None
 ) -> tuple[Structure, Planes]:
-    """Return the data of a rotor for the plant's kernels, and the planes by their names in its file.
+    """Return the data of a rotor for the plant's kernels, and the planes under their names in the rotor file.
 
     The rotor is reduced as in its file (`reduced_rotor`), unless another `reduction` is set.
 
@@ -92,7 +93,7 @@ def plant_structure(
     Raises
     ------
     ValueError
-        As `plant`.
+        As for `plant`.
     """
     if not rotor.bearings:
         raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
@@ -177,7 +178,7 @@ def plant_structure(
 
 
 def _require_mass(rotor: Rotor, full: Matrices) -> None:
-    """Raise ValueError if a node has no mass, because it would move instantly when its force changes."""
+    """Raise ValueError if a node has no mass, because it would move instantly when the force on it changes."""
     least = MASSLESS * rotor.mass
     light = [node for node, (x, _) in full.translations.items() if full.M[x, x] <= least]
     if light:
@@ -192,15 +193,15 @@ def _require_mass(rotor: Rotor, full: Matrices) -> None:
 def _accurate_to(rotor: Rotor) -> float:
     """Return the frequency (rad/s) up to which the receptance of the plant's model is accurate; 0 if unlimited.
 
-    A stiff rotor may have no elastic mode within the band of its reduction, although the reduction represents it below
-    its first mode.
+    A stiff rotor may have no elastic mode within the band of its reduction, although the reduction represents the rotor
+    at frequencies below its first mode.
     """
     error = receptance_error(rotor)
     return error.limit if error is not None and math.isfinite(error.limit) else 0.0
 
 
 def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:
-    """Return the sites whose displacement by itself, with other coordinates zero, moves each place."""
+    """Return, for each site, bearing and sensor, the sites that move it while all other coordinates are zero."""
     rows = dict(zip((site.name for site in planes.sites), structure.sites.astype(int), strict=True))
     unit = np.eye(len(structure.K))
     weights = {name: unit[row] for name, row in rows.items()}
@@ -213,7 +214,7 @@ def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]
 
 
 def _fastest(structure: Structure) -> float:
-    """Return the largest eigenvalue (rad/s) of the otherwise free rotor with its seals, without gyroscopic forces."""
+    """Return the largest eigenvalue (rad/s) of the rotor supported only by its seals, without gyroscopic forces."""
     if not structure.is_damped:
         return float(np.sqrt(np.max(np.abs(np.linalg.eigvals(structure.MinvK)))))
     identity, zero = np.eye(len(structure.K)), np.zeros_like(structure.K)
@@ -253,7 +254,7 @@ def _planes(rotor: Rotor, sites: Sequence[Site]) -> Planes:
 
 
 def _shaft_radius(rotor: Rotor, node: int) -> float:
-    """Return the larger shaft radius (m) next to a node."""
+    """Return the larger of the shaft radii (m) on the two sides of a node."""
     before, after = rotor.elements[: node - 1][-1:], rotor.elements[node - 1 : node]
     diameters = [layer.diameter[1] for layers in before for layer in layers]
     diameters += [layer.diameter[0] for layers in after for layer in layers]
@@ -294,7 +295,7 @@ def constant_mass(seal: Bearing) -> Array:
     Raises
     ------
     ValueError
-        If it depends on the speed, or is not symmetric.
+        If the mass depends on the speed, or is not symmetric.
     """
     masses = [np.array(row.mass) for row in seal.at_speed] or [np.array(seal.mass)]
     if any(not np.array_equal(mass, masses[0]) for mass in masses):
@@ -306,7 +307,7 @@ def constant_mass(seal: Bearing) -> Array:
 
 
 def seal_records(seals: Sequence[Bearing]) -> SealRecords:
-    """Return the records of seals over all ranges between the speeds of their tables."""
+    """Return the records of seals for all ranges between the speeds in their tables."""
     speeds = sorted({row.speed for seal in seals for row in seal.at_speed})
     records = np.zeros((len(speeds) + 1 if seals else 0, len(seals)), dtype=SEAL)
     for k, seal in enumerate(seals):

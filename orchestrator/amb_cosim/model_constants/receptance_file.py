@@ -37,7 +37,7 @@ _GAINS = ("k_b", "c_b", "k_integral", "k_s", "k_i", "k_p", "k_d")
 
 
 def loop_parameters(loop: ControlLoop, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
-    """Return the parameters on which a receptance depends: set values, and the start values of the others."""
+    """Return the parameters on which a receptance depends, with values that are set, or else their start values."""
     values, table = parameters or {}, interface_of(loop)
     names = {
         *_SHARED,
@@ -69,7 +69,7 @@ class ReceptanceTable:
     Parameters
     ----------
     rotor
-        Name of the rotor; the table is valid only for it.
+        Name of the only rotor for which the table is valid.
     sensors, axes
         Names of the rows and columns of a receptance.
     parameters
@@ -87,9 +87,9 @@ class ReceptanceTable:
     def updated(
         self, speed: float, receptance: ArrayLike, order: int = 1, inner: Complex | None = None
     ) -> ReceptanceTable:
-        """Return the table with a new receptance, which replaces an existing one at this speed (within 0.5 %).
+        """Return the table with a new receptance, which replaces an old one at the same speed (within 0.5 %).
 
-        `inner` is as for `Entry`.
+        `inner` has the same meaning as in `Entry`.
 
         Raises
         ------
@@ -128,7 +128,7 @@ class ReceptanceTable:
         write_file(path, repr(self))
 
     def __repr__(self) -> str:
-        """Return the text of its file, which identifies models made with the table."""
+        """Return the text of the table's file, which identifies models made with the table."""
         head = [
             "# Receptances R (m/N): Q = Q_0 + R U, displacements at sensors (rows) by forces on axes (columns).",
             f'format = "{FORMAT}"',
@@ -149,9 +149,9 @@ def empty_table(
     parameters: Mapping[str, float] | None = None,
     inner: Mapping[str, float] | None = None,
 ) -> ReceptanceTable:
-    """Return an empty table for the rotor of this name, its loop and the controller's parameters.
+    """Return an empty table for the rotor of this name, its control loop and the parameters of the controller.
 
-    `inner` are the parameters of an inner controller, by `component.name`.
+    `inner` contains the parameters of an inner controller, by `component.name`.
     """
     values = {**loop_parameters(loop, parameters), **(inner or {})}
     return ReceptanceTable(rotor, loop.sensor_names, loop.axis_names, values)
@@ -179,7 +179,8 @@ def read_table(
     Raises
     ------
     ValueError
-        If the file cannot be read, is incomplete, or belongs to another rotor or loop; one line for each error.
+        If the file cannot be read, is incomplete, or belongs to another rotor or loop; the message has one line for
+        each error.
     """
     if isinstance(source, ReceptanceTable):
         name, receptances = f"table of receptances of rotor {source.rotor}", source
@@ -218,7 +219,7 @@ def _lines(entry: Entry) -> list[str]:
 
 
 def _quoted(text: str) -> str:
-    """Return a TOML string: the JSON string, with the one control character escaped that JSON leaves unescaped."""
+    """Return a TOML string: a JSON string in which the control character DEL, which JSON leaves, is escaped as well."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
@@ -277,7 +278,7 @@ class _Receptance:
 
 @table
 class _ReceptanceFile:
-    """The form of the file."""
+    """The form of a receptance file."""
 
     format: Format
     rotor: StrictStr

@@ -24,7 +24,7 @@ K_B, C_B = 1e6, 5000.0  # N/m, N s/m
 
 
 def control_loop(rotor: Rotor | None = None) -> ControlLoop:
-    """Return bearings and sensor planes of a rotor or the default rotor; a bearing uses the nearest plane.
+    """Return the bearings and sensor planes of a rotor or the default rotor; a bearing uses the plane nearest to it.
 
     Raises
     ------
@@ -43,28 +43,30 @@ def control_loop(rotor: Rotor | None = None) -> ControlLoop:
 
 
 def actuator(rotor: Rotor | None = None) -> tuple[Model, Array]:
-    """Return the actuator of a rotor, by default the packs', and its constants; raises errors of
-    `actuator.model_for`."""
+    """Return the actuator of a rotor, by default the packs' default rotor, and the constants of the actuator.
+
+    The errors are those of `actuator.model_for`.
+    """
     rotor = rotor or load_rotor()
     names = tuple(bearing.name for bearing in rotor.bearings)
     return amb_actuator.model_for(names, rotor.thrust), amb_actuator.constants_for(names, rotor.thrust)
 
 
 def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None) -> tuple[Model, Array]:
-    """Return the controller of a rotor, by default the packs', and its constants.
+    """Return the controller of a rotor, by default the packs' default rotor, and the constants of the controller.
 
     Parameters
     ----------
     rotor
         A rotor description.
     table
-        Identified receptances. By default they are computed from the rotor model on bearings with `K_B` and `C_B`, from
-        5 to 100 Hz, as far as they can be inverted.
+        Identified receptances. By default, receptances are computed from the rotor model on bearings with `K_B` and
+        `C_B`, from 5 to 100 Hz, and receptances that cannot be inverted are left out.
 
     Raises
     ------
     ValueError
-        As for `control_loop`, and if the table has no entry, or other sensors or axes.
+        As for `control_loop`. Also if the table has no entry, or has other sensors or axes than the rotor.
     """
     rotor = rotor or load_rotor()
     loop = control_loop(rotor)
@@ -82,10 +84,10 @@ def check_loop(
     rotor: RotorSource = None,
     inner: Mapping[str, float] | None = None,
 ) -> None:
-    """Raise a ValueError if a table was identified in a loop with controller parameters that differ from these.
+    """Raise a ValueError if a table was identified with other controller parameters than those of the present loop.
 
-    `parameters` belong to the controller of the `rotor`, by default the packs' rotor; `inner` are parameters of an
-    inner linear controller, by `component.name`.
+    `parameters` belong to the controller of the `rotor`, by default the packs' default rotor; `inner` contains
+    parameters of an inner linear controller, by `component.name`.
     """
     stated = {name: value for name, value in parameters.items() if value is not None}
     loop = control_loop(load_rotor(rotor))

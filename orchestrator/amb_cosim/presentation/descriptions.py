@@ -11,7 +11,7 @@ CODE = re.compile(r"[a-z]{1,2}\d+(\.[xy])?")  # such as p1.x
 
 
 def name_label(name: str) -> str:
-    """Return a name for readers: one or two letters with a number in capitals, any other name as in its file.
+    """Return a name for readers: one or two letters with a number are capitalised, and other names are unchanged.
 
     Examples
     --------

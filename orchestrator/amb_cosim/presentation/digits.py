@@ -6,7 +6,7 @@ import re
 
 
 def significant(value: float, digits: int = 4) -> str:
-    """Return a number of any size with significant digits, and 15000 rather than 1.5e+04.
+    """Return a number of any size as text with significant digits, for example 15000 rather than 1.5e+04.
 
     Examples
     --------
@@ -17,7 +17,7 @@ def significant(value: float, digits: int = 4) -> str:
 
 
 def with_micro_signs(text: str) -> str:
-    """Return a text whose units are written as people read them.
+    """Return a text in which the prefix u of units is replaced by a micro sign.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""JSON of typed results: a field's key is its name with its unit, and both are declared once, in the field's type.
+"""JSON of typed results: a field's key is its name followed by its unit, which the field's type declares.
 
 speeds: Annotated[Array, "rad/s"]                "speeds_rad_s": [..]
 planes: Annotated[Array, JsonKey("planes_z_m")]  "planes_z_m": [..]
@@ -67,8 +67,9 @@ class JsonKey:
 def json_data(value: Any) -> Any:
     """Return a result as dicts, lists, numbers and texts for JSON.
 
-    Dataclasses and mappings become objects (a number as a key is written with six digits, or with all if two keys would
-    be equal), arrays become lists, complex arrays become `{"real": .., "imaginary": ..}`, and NaN becomes null.
+    Dataclasses and mappings become objects, arrays become lists, complex arrays become `{"real": .., "imaginary": ..}`,
+    and NaN becomes null. A number that is a key is written with six digits, or with all digits if two keys would
+    otherwise be equal.
 
     Raises
     ------
@@ -103,7 +104,7 @@ def _texts(keys: Iterable[Any], form: str) -> list[str]:
 
 
 def units_of(owner: type[Any]) -> dict[str, str]:
-    """Return the units of the fields of a dataclass that have one, by name."""
+    """Return the unit of each field of a dataclass that has a unit, by the name of the field."""
     return {name: unit for name, notes in _notes(owner).items() for unit in notes if isinstance(unit, str)}
 
 

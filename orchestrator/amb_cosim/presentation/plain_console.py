@@ -17,7 +17,7 @@ class PrintableConsole(Console):
 
     @property
     def file(self) -> IO[str]:
-        """The stream behind a `PrintableStream`, even if a bar of rich has placed its own stream in front of it."""
+        """The stream behind a `PrintableStream`, even if a progress bar has placed another stream in front of it."""
         stream = super().file
         inner: IO[str] = getattr(stream, "rich_proxied_file", stream)
         return inner
@@ -37,5 +37,5 @@ class PrintableConsole(Console):
 
 
 def plain_console(**options: Any) -> Console:
-    """Return a console that prints every text unchanged: brackets and colons in users' names are not markup."""
+    """Return a console that prints text unchanged, because brackets and colons in users' names are not markup."""
     return PrintableConsole(markup=False, emoji=False, **options)

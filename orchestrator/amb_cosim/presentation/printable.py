@@ -1,8 +1,8 @@
-"""Text from elsewhere for a terminal: control characters are shown, and characters that it lacks are replaced.
+"""Printing of foreign text: control characters are shown, and characters that the terminal lacks are replaced.
 
-A name in a file may contain escape sequences, which change the terminal or the text before them. Everything that
-commands print passes through `PrintableStream` or `plain_console`; the latter's own sequences for colours and bars
-bypass the stream.
+A name in a file may contain escape sequences, which can alter the settings of the terminal or the text before them.
+Everything that commands print passes through `PrintableStream` or `plain_console`; the latter's own sequences for
+colours and bars bypass the stream.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class PrintableStream:
         self.rich_proxied_file = stream
 
     def write(self, text: str) -> int:
-        """Write a text, and return its length; `RESET` by itself is passed on, since it changes no text."""
+        """Write a text, and return its length; `RESET` alone is passed on, because it changes no text."""
         self.rich_proxied_file.write(text if text == RESET else printable(text))
         return len(text)
 
@@ -62,7 +62,10 @@ class PrintableStream:
 
 @contextmanager
 def printable_streams() -> Iterator[None]:
-    """Print only printable text to standard output and standard error; unencodable characters become `LIKE` or `?`."""
+    """Print only printable text to standard output and standard error.
+
+    Unencodable characters are replaced according to `LIKE`, or else by `?`.
+    """
     streams = sys.stdout, sys.stderr
     for stream in streams:
         with suppress(AttributeError, ValueError):  # not a stream of the system

@@ -20,7 +20,7 @@ INTERVAL = 10.0  # s between two lines
 
 
 class Bars(Progress):
-    """Progress bars that print lines where they are hidden.
+    """Progress bars that can print lines instead when they are hidden.
 
     lines
         Whether to print the description of a bar that is hidden.
@@ -34,7 +34,7 @@ class Bars(Progress):
 
     @contextmanager
     def starting(self) -> Iterator[threading.Event]:
-        """Print that a simulation starts, and the time that this takes, until the yielded event is set.
+        """Print repeatedly that a simulation is starting, with the elapsed time, until the yielded event is set.
 
         Compiling takes minutes and reports no progress.
         """
@@ -62,9 +62,10 @@ class Bars(Progress):
 
 
 def bars(console: Console, visible: bool | None = None, interval: float = INTERVAL) -> Bars:
-    """Return progress bars with a description, elapsed and remaining time, which vanish at the end.
+    """Return progress bars with a description and the elapsed and remaining time; the bars vanish at the end.
 
-    By default there are none if standard error is neither a terminal nor a notebook; a command then prints lines.
+    By default, the bars are hidden if standard error is neither a terminal nor a notebook; a command then prints lines
+    instead.
     """
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     hidden = not (console.is_terminal or console.is_jupyter) if visible is None else not visible
@@ -74,7 +75,7 @@ def bars(console: Console, visible: bool | None = None, interval: float = INTERV
 
 @contextmanager
 def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
-    """Show a bar for one simulation, unless `progress` is a function; yield the function that takes the steps done."""
+    """Show a bar for one simulation, unless `progress` is a function; yield the function that reports progress."""
     if callable(progress):
         yield progress
         return

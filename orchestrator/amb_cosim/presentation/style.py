@@ -1,4 +1,4 @@
-"""Style and colours of all figures, and figures as PNG."""
+"""Style and colours of all figures, and functions that write figures."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ STYLE: dict[Any, Any] = {  # with the defaults of matplotlib: a user's matplotli
 
 
 class StyledFigure(Figure):
-    """A figure in the project's style, which is a picture in notebooks."""
+    """A figure in the project's style, which notebooks show as a picture."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         FigureCanvasAgg(self)
 
     def draw(self, renderer: RendererBase) -> None:
-        """Draw in the project's style: matplotlib creates ticks only now, with the present settings."""
+        """Draw in the project's style, because matplotlib creates ticks only now, with the present settings."""
         with mpl.rc_context(STYLE):
             super().draw(renderer)
 
@@ -73,24 +73,24 @@ class StyledFigure(Figure):
 
 
 def set_orbit_axes(panel: Axes, title: str, limit: float, label: str) -> None:
-    """Set title, label below, and equal axes up to `limit` in all directions for a panel with an orbit."""
+    """Set the title, the label below, and equal axes up to `limit` in all directions, for a panel with an orbit."""
     panel.set(title=title, xlabel=label, aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_locator(MaxNLocator(4, symmetric=True))
 
 
 def draw_retainer(panel: Axes, clearance: float, centre: tuple[float, float] = (0.0, 0.0)) -> None:
-    """Draw the inner edge of a retainer or bush as a grey ring below the orbits, which may lie on it."""
+    """Draw the inner edge of a retainer or bush as a grey ring below the orbits, which may lie on this ring."""
     panel.add_patch(Annulus(centre, (1.0 + RING) * clearance, RING * clearance, **RETAINER))
 
 
 def retainer_sample() -> Patch:
-    """Return the entry of a legend for the rings that `draw_retainer` draws."""
+    """Return the legend entry for the rings that `draw_retainer` draws."""
     return Patch(**{**RETAINER, "label": "beyond the clearance"})
 
 
 def samples(colours: Iterable[str], **options: Any) -> tuple[Line2D, ...]:
-    """Return the entry of a legend for curves of several colours: a piece of each curve; see `OF_SAMPLES`."""
+    """Return the legend entry for curves of several colours, with a piece of each curve; see `OF_SAMPLES`."""
     return tuple(Line2D([], [], color=colour, **options) for colour in colours)
 
 
@@ -106,7 +106,7 @@ def fitted(text: str, width: float) -> str:
 
 
 def write_title(figure: FigureBase, text: str, **place: Any) -> None:
-    """Write the title of a figure, each of its lines broken so that it fits the width."""
+    """Write the title of a figure, and break its lines so that they fit the width."""
     renderer, font = RendererAgg(1, 1, 72.0), FontProperties(size=TITLE_SIZE)  # type: ignore[no-untyped-call]
     width = 72.0 * TITLE_SHARE * figure.get_window_extent().width / figure.get_figure(root=True).dpi
     lines: list[str] = []
@@ -123,13 +123,13 @@ def write_title(figure: FigureBase, text: str, **place: Any) -> None:
 
 
 def spread(places: ArrayLike, gap: float, lowest: float = -np.inf, highest: float = np.inf) -> Array:
-    """Return positions at least `gap` apart, in the same order and as near to them as possible.
+    """Return positions at least `gap` apart, in the same order as `places` and as near to these as possible.
 
         minimise sum_k (p_k - q_k)^2    subject to    p_(k+1) - p_k >= gap,  lowest <= p_k <= highest
 
     This is an isotonic regression of q_k - k gap: neighbours that are too close are spread about their mean. Without
-    bounds it is max_(i<=k) min_(j>=k) of the mean from i to j, so that figures need not wait for SciPy. Bounds clip
-    this result. If they leave too little room, only the upper bound holds.
+    bounds, the result is max_(i<=k) min_(j>=k) of the mean from i to j, which can be computed without the slow import
+    of SciPy. Bounds clip this result. If they leave too little room, only the upper bound holds.
     """
     requested = np.asarray(places, np.float64)
     order, offsets = np.argsort(requested, kind="stable"), gap * np.arange(len(requested))
@@ -156,6 +156,6 @@ def write_png(figure: Figure, path: Path) -> None:
 
 
 def write_figure(figure: Figure, path: Path) -> None:
-    """Write a figure in the format of the file's suffix, `.png`, `.pdf` or `.svg`; the file appears as a whole."""
+    """Write a figure in the format of the file's suffix, `.png`, `.pdf` or `.svg`; the file is written atomically."""
     with mpl.rc_context(STYLE):
         write_atomically(path, partial(figure.savefig, dpi=RESOLUTION, format=path.suffix.lower()[1:]))

@@ -1,4 +1,4 @@
-"""Templates of pages, which refuse undefined names."""
+"""Page templates in which an undefined name is an error."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 
 def templates_of(package: str, folder: str, finalize: Callable[[object], object] | None = None) -> Environment:
-    """Return the templates in a folder of a package; they escape text, after `finalize` has changed each value."""
+    """Return the templates in a folder of a package; they apply `finalize` to each value, then escape it."""
     return Environment(
         finalize=finalize,
         loader=PackageLoader(package, folder),

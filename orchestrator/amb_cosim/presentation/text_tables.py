@@ -60,7 +60,7 @@ def text_table(
     title, headings
         Text above the table, and above each column.
     rows
-        Texts of each row; more can be added.
+        Texts of each row; more rows can be added later.
     left
         Headings of the columns that are aligned to the left; the others hold numbers and are aligned to the right.
     gap
@@ -73,7 +73,7 @@ def text_table(
 
 
 def labelled_table(title: str, label: str, *numbers: str) -> Table:
-    """Return a table whose rows start with a label, aligned to the left, followed by numbers.
+    """Return a table whose rows consist of a label, aligned to the left, and numbers.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def rendered(parts: Iterable[TextBlock]) -> str:
 
 
 def html_of(parts: Iterable[TextBlock], height: str = "28em") -> str:
-    """Return tables and lines as HTML for a notebook, at most `height` high; the rest scrolls."""
+    """Return tables and lines as HTML for a notebook, in a scrolling box that is at most `height` high."""
     console = plain_console(record=True, file=StringIO(), width=WIDTH, force_jupyter=False, highlight=False)
     for part in _in_chosen_units(parts):
         console.print(part)
@@ -106,7 +106,7 @@ def html_of(parts: Iterable[TextBlock], height: str = "28em") -> str:
 
 
 def exported(console: Console) -> str:
-    """Return the output of a recording console since the last call, as HTML."""
+    """Return as HTML what a recording console has printed since the last call."""
     return console.export_html(inline_styles=True, code_format="<pre>{code}</pre>")
 
 
@@ -123,14 +123,14 @@ def show_warnings(sentences: Iterable[str], console: Console | None = None, *, w
 
 
 def show_notices(sentences: Iterable[str]) -> None:
-    """Print notices, such as settings that replacing components lack, one per line, to standard error."""
+    """Print notices to standard error, one per line, for example about settings that a replacing component lacks."""
     console = plain_console(stderr=True)
     for sentence in sentences:
         console.print(f"notice: {sentence}", markup=False, highlight=False, soft_wrap=True)
 
 
 def print_parts(parts: Iterable[TextBlock], console: Console | None = None) -> None:
-    """Print tables and lines in the chosen units, to standard output by default; a file receives lines of any width."""
+    """Print tables and lines in the chosen units, to standard output by default; lines in a file can be long."""
     console = console or plain_console()
     if not console.is_terminal:
         console = plain_console(file=console.file, width=WIDEST)
@@ -139,6 +139,6 @@ def print_parts(parts: Iterable[TextBlock], console: Console | None = None) -> N
 
 
 def _in_chosen_units(parts: Iterable[TextBlock]) -> Iterator[TextBlock]:
-    """Yield tables, which convert their cells, and lines with their numbers in the chosen units."""
+    """Yield tables, which convert their own cells, and lines with numbers converted to the chosen units."""
     for part in parts:
         yield convert_units_in_text(part) if isinstance(part, str) else part

@@ -1,4 +1,4 @@
-"""Units of figures, tables and pages: rpm for speeds, Hz for frequencies, and others by size, unless chosen.
+"""Units of figures, tables and pages: unless chosen, rpm for speeds, Hz for frequencies, and others by size.
 
 All of them use this module, so one choice applies to a whole command or notebook.
 """
@@ -75,7 +75,8 @@ class units:  # used as a function, and in `with`
     ----------
     names
         `rad/s`, `Hz` or `rpm` for speeds and frequencies, `mm`, `um` or `m` for lengths, `N` or `kN` for forces. A
-        quantity without a unit keeps the default: rpm for speeds, Hz for frequencies, lengths and forces by their size.
+        quantity for which no unit is named keeps its default: rpm for speeds, Hz for frequencies, and a unit by size
+        for lengths and forces.
 
     Raises
     ------
@@ -108,12 +109,12 @@ class units:  # used as a function, and in `with`
 
 
 def parse_units(text: str) -> dict[str, str]:
-    """Return the unit of each quantity that a text names, `rpm,um,kN`.
+    """Return the unit of each quantity according to a text such as `rpm,um,kN`.
 
     Raises
     ------
     ValueError
-        If a name is not a display unit, or two belong to one quantity.
+        If a name is not a display unit, or two units belong to the same quantity.
     """
     result: dict[str, str] = {}
     for name in filter(None, re.split(r"[,;\s]+", text.replace("\N{MICRO SIGN}", "u"))):
@@ -142,7 +143,7 @@ def frequency_label() -> str:
 
 
 def frequency_text(hertz: float, digits: int = 4) -> str:
-    """Return a frequency (Hz) in the unit of frequencies, with the name of the unit."""
+    """Return a frequency (Hz) as a text in the unit of frequencies, followed by the name of this unit."""
     return frequency_unit().text(SIZES["speed"]["Hz"] * hertz, digits)
 
 
@@ -162,10 +163,10 @@ def temperature_text(kelvin: float) -> str:
 
 
 def relabelled(label: str, *quantities: str) -> tuple[str, float]:
-    """Return the label of an axis with its unit replaced by the chosen one, and the factor of its values.
+    """Return the label of an axis with its unit replaced by the chosen one, and the factor for the axis's values.
 
-    A label is a unit, or ends with one in brackets; a label without a unit of a chosen quantity is returned unchanged,
-    with factor 1.
+    A label is a unit, or ends with a unit in brackets. If no unit was chosen for its quantity, the label is returned
+    unchanged with the factor 1.
     """
     parts = _LABEL.match(label)
     head, name, tail = parts.groups("") if parts else ("", label, "")
@@ -176,7 +177,7 @@ def relabelled(label: str, *quantities: str) -> tuple[str, float]:
 
 
 def column_in_chosen_units(heading: str) -> tuple[str, Callable[[str], str]]:
-    """Return the heading of a table's column with the chosen unit, and the function that converts its cells.
+    """Return the heading of a table's column with the chosen unit, and the function that converts the column's cells.
 
     Cells of a column without a unit may be texts with units. Places along the shaft keep their unit, and so does a
     column with two quantities.
@@ -196,12 +197,12 @@ def column_in_chosen_units(heading: str) -> tuple[str, Callable[[str], str]]:
 
 
 def is_place(label: str) -> bool:
-    """Return whether a label names a place along the shaft, whose unit stays."""
+    """Return whether a label names a place along the shaft, which keeps its unit."""
     return label.startswith("z ") or label.endswith("(m)")
 
 
 def convert_units_in_text(text: str) -> str:
-    """Return a text in which each number with a unit, and each range, is in the chosen unit of its quantity.
+    """Return a text in which each number with a unit, and each range, is converted to the chosen unit.
 
     Places along the shaft keep their unit.
 
@@ -239,7 +240,7 @@ def with_speeds_in(text: str, unit: ShownUnit) -> str:
 
 
 def chosen_for(name: str) -> ShownUnit | None:
-    """Return the unit that was chosen for the quantity of a unit, if one was chosen."""
+    """Return the unit that was chosen for the quantity that the unit `name` measures; None without a choice."""
     quantity = QUANTITIES.get(_OTHER_NAMES.get(name, name), "")
     return _unit(quantity, "") if quantity in _chosen else None
 
