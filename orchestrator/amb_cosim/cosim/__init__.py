@@ -1,4 +1,4 @@
-"""Co-simulation of FMUs of FMI 2.0 and 3.0: components, systems, master, recording. It knows FMI, but no rotor.
+"""Co-simulation of FMI 2.0 and 3.0 FMUs: components, systems, master, recording. Nothing here is specific to rotors.
 
 system          System, Component, Connection, Signal: what is connected with what, checked
 system_file     a system, and an experiment with it, from a TOML file

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 
 class FmuError(RuntimeError):
-    """An FMU refused a call; `status` is its FMI status, `log` contains its messages.
+    """An FMU refused a call; `status` is its FMI status, and `log` contains its messages.
 
-    `end` is the time (s) that the FMU reached in a step in which it ended the run, as FMI allows; NaN if it states
-    none, and None for all other calls.
+    If the FMU ended the run in a step, as FMI allows, `end` is the time (s) that it reached in this step, or NaN if it
+    stated no time. For all other calls, `end` is None.
     """
 
     def __init__(self, call: str, status: str, log: Sequence[str], end: float | None = None) -> None:
@@ -25,7 +25,7 @@ class FmuError(RuntimeError):
 
 
 class StepFailed(RuntimeError):
-    """A component did not complete a step; `component` and `time` (s) identify it.
+    """A component did not complete a step; `component` and `time` (s) identify the step.
 
     `end` is copied from the `FmuError` if the component ends the run in this step.
     """
@@ -39,7 +39,7 @@ class StepFailed(RuntimeError):
 
     @classmethod
     def by(cls, component: str, time: float, error: Exception, cause: str = "") -> StepFailed:
-        """Return the error for a component whose step from `time` (s) raised another; its reason ends with `cause`."""
+        """Return the error for a component whose step from `time` (s) raised `error`; the reason ends with `cause`."""
         if isinstance(error, FmuError) and error.end is not None:
             return cls(component, time, f"{component} ended the run ({error.log_text})", error.end)
         return cls(component, time, f"{error}{cause}")

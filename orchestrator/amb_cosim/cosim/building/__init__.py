@@ -1,1 +1,1 @@
-"""Where do compiled FMUs and the compiled loop come from? Targets of builds, and the cache."""
+"""Building of FMUs and of the compiled loop: the targets of builds, and the cache."""

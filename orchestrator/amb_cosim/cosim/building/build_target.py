@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BuildTarget:
-    """Target of an FMU build: flavour, platforms (none: this machine), FMI version, arrays, included C code.
+    """Target of an FMU build: flavour, platforms (by default this machine), FMI version, arrays, included C code.
 
     Raises
     ------
     ValueError
-        If these are incompatible.
+        If these settings are incompatible.
     """
 
     flavour: Flavour = "native"

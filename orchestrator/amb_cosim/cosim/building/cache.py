@@ -1,7 +1,7 @@
 """The cache of built and unpacked FMUs: the user's folder, or a folder of this process if that is not writable.
 
-If the cache exceeds `LIMIT` bytes, a new entry displaces the least recently used ones, except entries used within a
-day. The cache is measured at most once an hour, because that takes a second for thousands of entries. Only folders
+If the cache exceeds `LIMIT` bytes, a new entry displaces the least recently used ones, except those used within the
+last day. The cache is measured at most once an hour, because that takes a second for thousands of entries. Only folders
 whose names belong to this cache are removed.
 """
 
@@ -34,7 +34,7 @@ ENTRY = re.compile(r".+-[0-9a-f]{32}")  # names of all other entries
 
 @dataclass(frozen=True)
 class CacheEntry:
-    """An entry of the cache: path, size (bytes), and time of its last use (s since 1970)."""
+    """An entry of the cache: its path, its size (bytes), and the time of its last use (s since 1970)."""
 
     path: Path
     size: int
@@ -42,10 +42,10 @@ class CacheEntry:
 
 
 def unpacked(archive: Path, name: str) -> Path:
-    """Return the cache folder with the unpacked archive; `name` is for messages.
+    """Return the cache folder with the unpacked archive; messages use `name` for the archive.
 
-    The folder is named after the archive and its content, without characters that a URI encodes, and is recreated if
-    its content differs from the archive.
+    The name of the folder consists of the archive's name, without characters that a URI encodes, and a digest of the
+    archive. The folder is recreated if its content differs from the archive.
 
     Raises
     ------
@@ -64,9 +64,9 @@ def unpacked(archive: Path, name: str) -> Path:
 
 
 def is_first_loading(home: Path) -> bool:
-    """Return whether an unpacked FMU is loaded here for the first time, and mark it as loaded.
+    """Return whether an unpacked FMU has not been loaded here before, and mark it as loaded.
 
-    The mark is a file beside its folder, so that no archive can contain it.
+    The mark is a file beside the FMU's folder, so that no archive can contain it.
     """
     try:
         _mark(home).touch(exist_ok=False)
@@ -78,7 +78,7 @@ def is_first_loading(home: Path) -> bool:
 
 
 def note_use(home: Path, is_new: bool) -> None:
-    """Mark a folder of the cache as used; a new one may displace others."""
+    """Mark a folder of the cache as used; if the folder is new, it may displace others."""
     with suppress(OSError):  # another user's cache, or a folder that has gone since
         os.utime(home)
         if is_new and _is_due(user_cache() / MEASURED):
@@ -86,16 +86,16 @@ def note_use(home: Path, is_new: bool) -> None:
 
 
 def cache_entries() -> list[CacheEntry]:
-    """Return the entries of the cache, the least recently used first."""
+    """Return the entries of the cache, least recently used first."""
     paths = [path for path in user_cache().iterdir() if path.is_dir()]
     entries = [_entry(path) for path in paths if ENTRY.fullmatch(path.name) or path.name in COMPILED]
     return sorted(entries, key=lambda entry: entry.used)
 
 
 def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:
-    """Remove the least recently used entries until the cache has at most `over` bytes, and return them.
+    """Remove the least recently used entries until the cache has at most `over` bytes, and return those removed.
 
-    Entries used within `unused_for` seconds stay.
+    Entries used within the last `unused_for` seconds are kept.
     """
     entries, removed = [entry for entry in cache_entries() if not over or entry.path.name not in COMPILED], []
     size, now = sum(entry.size for entry in entries), time.time()
@@ -115,7 +115,7 @@ def _mark(home: Path) -> Path:
 
 
 def _is_due(measured: Path) -> bool:
-    """Return whether the last measurement is too old, and begin a new period if so."""
+    """Return whether the last measurement is too old, and start a new period if so."""
     with suppress(OSError):  # never measured
         if abs(time.time() - measured.stat().st_mtime) < BETWEEN_MEASUREMENTS:
             return False

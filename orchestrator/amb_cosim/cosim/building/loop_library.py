@@ -1,6 +1,7 @@
 """The compiled loop as a shared library: shipped in the installed package, or compiled once into the user's cache.
 
-It contains the loop (`loop.c`), its calls of FMI 3.0 (`binding3.c`), and steps from a saved state (`answers.c`).
+It contains the loop (`loop.c`), its FMI 3.0 calls (`binding3.c`), and the code that steps from a saved state
+(`answers.c`).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""FMUs of FMI 2.0."""
+"""FMI 2.0 FMUs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _logs: dict[str | int | None, Log] = {}  # of instances, by name and by the envi
 
 
 class Binding2(Binding):
-    """An instance of an FMU of FMI 2.0."""
+    """An instance of an FMI 2.0 FMU."""
 
     byte = c_char
     kinds: ClassVar[Mapping[str, Any]] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
@@ -78,12 +78,12 @@ class Binding2(Binding):
         return address(self.fmu, "fmi2DoStep")
 
     def prepare(self) -> None:
-        """Let the logger of fmpy call `_receive` again, instead of the logger of the last user of fmpy."""
+        """Let the logger of fmpy call `_receive` again; another user of fmpy may have redirected it."""
         self._callbacks.logger = _LOGGER
         addLoggerProxy(byref(self._callbacks))
 
     def enter(self, start_time: float, stop_time: float | None = None) -> None:
-        """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is set."""
+        """Begin initialisation at `start_time` (s); if `stop_time` (s) is set, the run ends there."""
         check_status("fmi2SetupExperiment", self.fmu.setupExperiment(self._tolerance, start_time, stop_time))
         self.call("EnterInitializationMode")
 
@@ -92,7 +92,7 @@ class Binding2(Binding):
         self.call("DoStep", time, step_size, NO_EARLIER_STATE)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Return a phrase on a discarded step: that it ends the run, or the time that the FMU reached."""
+        """Return a phrase that explains a discarded step: it ended the run, or the FMU reached a certain time."""
         if status != DISCARD or call != "fmi2DoStep":
             return []
         if self.end_of_run(call, status) is not None:
@@ -101,7 +101,7 @@ class Binding2(Binding):
         return [] if math.isnan(reached) else [reached_text(reached)]
 
     def end_of_run(self, call: str, status: int) -> float | None:
-        """Return the last time of a step that the FMU discarded to end the run (s), NaN if it does not state it."""
+        """Return the last time (s) of a step that the FMU discarded to end the run; NaN if the FMU states no time."""
         if status == DISCARD and call == "fmi2DoStep":
             with suppress(Exception):  # an FMU need not support this query
                 if self.fmu.getBooleanStatus(fmi2Terminated):
@@ -114,7 +114,7 @@ class Binding2(Binding):
         return math.nan
 
     def send_text(self, variable: TextVariable, value: str | bytes) -> None:
-        """Set a String variable; FMI 2.0 has no Binary."""
+        """Set a String variable; FMI 2.0 has no Binary variables."""
         content = value.encode() if isinstance(value, str) else value
         self.call("SetString", (c_uint * 1)(variable.reference), 1, (c_char_p * 1)(content))
 
@@ -135,28 +135,28 @@ class Binding2(Binding):
         return Transfer(function, np.array(group.references, np.uint32), group.where, group.name == "Real")
 
     def abandon(self) -> None:
-        """Forget the instance without a call."""
+        """Forget the instance without calling the FMU."""
         for name in self._log_keys:
             _logs.pop(name, None)
 
 
 def _names(interface: FmuInterface) -> dict[tuple[str, str], str]:
-    """Return the first variable of each type and value reference, by letter and digits."""
+    """Map the letter of a type and the digits of a value reference to the name of the first such variable."""
     letters = {"Real": "r", "Integer": "i", "Boolean": "b", "String": "s"}
     variables: list[Port | TextVariable] = [*interface.ports.values(), *interface.texts.values()]
     return {(letters.get(v.type, ""), str(v.reference)): v.name for v in reversed(variables)}
 
 
 def _with_names(names: Mapping[tuple[str, str], str], text: str) -> str:
-    """Return a message with names of variables: FMI 2.0 writes `#r1#` for the Real of reference 1, and ## for #."""
+    """Replace references to variables by names: FMI 2.0 writes `#r1#` for the Real with reference 1, and ## for #."""
     return REFERENCE.sub(lambda found: names.get((found[1], found[2]), found[0]) if found[1] else "#", text)
 
 
 def _receive(environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes | None) -> None:
     """Append a log message to the log of its instance.
 
-    fmpy has one logger per process. A PythonFMU FMU calls the logger of the last created instance, and names its
-    instance in the text; other FMUs may name no instance, or a wrong one, and are identified by the environment.
+    fmpy has one logger per process. A PythonFMU FMU calls the logger of the instance created last, but names its own
+    instance in the text. Other FMUs may name no instance, or a wrong one, so the environment identifies them.
     """
     text = (message or b"").decode("utf-8", "replace").strip()
     named, _, rest = text.partition(": ")

@@ -1,7 +1,8 @@
-"""FMUs of FMI 3.0 for co-simulation: scalars and arrays, without event mode, early return and clocks.
+"""FMI 3.0 FMUs for co-simulation: scalars and arrays are supported, but not event mode, early return or clocks.
 
-The compiled loop calls functions of FMI 2.0. Functions of `binding3.c` have the same arguments and call an FMU of FMI
-3.0: they receive an `_Instance` in place of an instance, and the address of a `_Group` in place of value references.
+The compiled loop calls functions with the signatures of FMI 2.0. The functions in `binding3.c` have these signatures,
+but call an FMI 3.0 FMU. They receive an `_Instance` in place of an instance, and the address of a `_Group` in place of
+value references.
 """
 
 from __future__ import annotations
@@ -82,7 +83,7 @@ class _Group(Structure):
 
 @dataclass(frozen=True, eq=False)
 class _GroupTransfer(Transfer):
-    """A transfer of a group of values; a selection of its values forms another group."""
+    """A transfer of a group of values; selecting some of the values creates another group."""
 
     binding: Binding3
     call: str
@@ -93,7 +94,7 @@ class _GroupTransfer(Transfer):
 
 
 class Binding3(Binding):
-    """An instance of an FMU of FMI 3.0."""
+    """An instance of an FMI 3.0 FMU."""
 
     byte = c_uint8
     kinds: ClassVar[Mapping[str, Any]] = KINDS
@@ -120,16 +121,16 @@ class Binding3(Binding):
 
     @property
     def instance(self) -> int:
-        """Address passed to the functions of `binding3.c` as instance."""
+        """Address that the functions in `binding3.c` receive as the instance."""
         return addressof(self._state)
 
     @property
     def do_step(self) -> int:
-        """Address of the function of `binding3.c` that steps."""
+        """Address of the function in `binding3.c` that makes a step."""
         return _address_of("step_fmi3")
 
     def enter(self, start_time: float, stop_time: float | None = None) -> None:
-        """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is set."""
+        """Begin initialisation at `start_time` (s); if `stop_time` (s) is set, the run ends there."""
         tolerance, stop = ((value is not None, value or 0.0) for value in (self._tolerance, stop_time))
         self.call("EnterInitializationMode", *tolerance, start_time, *stop)
 
@@ -148,7 +149,7 @@ class Binding3(Binding):
             raise FMICallException(self.function("DoStep"), DISCARD)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Return phrases on what the FMU reported besides its status, or on the value that cannot be sent to it."""
+        """Return phrases about what the FMU reported besides its status, or about a value that it cannot receive."""
         phrases = {
             NOTHING: [],
             ENDS: ["terminateSimulation is true"],
@@ -159,7 +160,7 @@ class Binding3(Binding):
         return [*phrases, reached_text(self._state.number)] if is_discarded else phrases
 
     def end_of_run(self, call: str, status: int) -> float | None:
-        """Return the last time of a step in which the FMU ends the run (s)."""
+        """Return the last time (s) of the step in which the FMU ended the run."""
         return float(self._state.number) if self._state.why == ENDS and call == "fmi3DoStep" else None
 
     def send_text(self, variable: TextVariable, value: str | bytes) -> None:
@@ -210,5 +211,5 @@ class Binding3(Binding):
 
 
 def _address_of(function: str) -> int:
-    """Return the address of a function of `binding3.c`, for the compiled loop, which is in the same library."""
+    """Return the address of a function in `binding3.c` for the compiled loop, which is in the same library."""
     return cast(getattr(load_library(), function), c_void_p).value or 0

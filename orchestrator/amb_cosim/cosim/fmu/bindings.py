@@ -18,9 +18,10 @@ MOST_WARNINGS, MOST_INFORMATION = 100, 10  # stored per instance; of faults, as 
 
 
 class Log:
-    """Messages of an instance, with their status: the first `MOST_WARNINGS` warnings, the last `MOST_INFORMATION`
-    messages without a fault, and the first `MOST_WARNINGS` and last `MOST_INFORMATION` faults. `in_words` replaces
-    references in a text.
+    """Log messages of an instance, with their status.
+
+    The log keeps the first `MOST_WARNINGS` warnings, the last `MOST_INFORMATION` messages that report information, and
+    the first `MOST_WARNINGS` and last `MOST_INFORMATION` faults. `in_words` replaces references in a text by names.
     """
 
     def __init__(self) -> None:
@@ -38,7 +39,7 @@ class Log:
         self.messages.append((status, text))
 
     def forget(self, messages: Sequence[tuple[int, str]]) -> None:
-        """Remove these messages themselves, not messages that are equal to them."""
+        """Remove exactly these message objects, not other messages that are equal to them."""
         forgotten = set(map(id, messages))
         self.messages[:] = [message for message in self.messages if id(message) not in forgotten]
 
@@ -52,7 +53,7 @@ class Log:
         return [text for status, text in self.messages if status not in INFORMATION]
 
     def explanations(self) -> list[str]:
-        """Return the texts that explain a refusal: texts of faults, otherwise information, otherwise warnings."""
+        """Return the texts that explain a refusal: faults or, in their absence, information or else warnings."""
         faults = [text for status, text in self.messages if status not in (*INFORMATION, WARNING)]
         return faults or [text for status, text in self.messages if status in INFORMATION] or self.warnings
 
@@ -62,7 +63,7 @@ def _kind(status: int) -> str:
 
 
 class Binding:
-    """Part of an FMU instance that is the same in all versions of FMI; functions have the names of 3.0 without `fmi3`.
+    """Part of an FMU instance that is the same in all versions of FMI; functions are named as in 3.0, without `fmi3`.
 
     Attributes
     ----------
@@ -84,7 +85,7 @@ class Binding:
         """Direct messages to this project's logger again."""
 
     def call(self, name: str, *arguments: Any) -> None:
-        """Call a function of the library for the instance, with the types of arguments that FMPy has declared.
+        """Call a function of the library for the instance, with the argument types that FMPy has declared.
 
         Raises
         ------
@@ -100,17 +101,17 @@ class Binding:
         self.fmu.freeInstance()
 
     def abandon(self) -> None:
-        """Forget the instance without a call, for example after the status Fatal."""
+        """Forget the instance without calling the FMU, for example after the status Fatal."""
 
 
 def check_status(function: str, status: int | None) -> None:
-    """Raise for a status other than OK and Warning; methods of FMPy may return no status, or accept one below OK."""
+    """Raise for any status except OK and Warning; methods of FMPy may return no status, or accept one below OK."""
     if status is not None and not 0 <= status <= WARNING:
         raise FMICallException(function=function, status=status)
 
 
 def reached_text(time: float) -> str:
-    """Return a phrase with the time (s) that an FMU reached in a discarded step."""
+    """Return a phrase that states the time (s) that an FMU reached in a discarded step."""
     return f"its lastSuccessfulTime is {time:.9g} s"
 
 

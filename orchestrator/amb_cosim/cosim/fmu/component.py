@@ -38,7 +38,7 @@ class EntryPoints:
 
 
 class HeldState(NamedTuple):
-    """A state of an FMU at an address of its process, with a number that is not used again; `forget` frees it."""
+    """A state of an FMU at an address in its process, with a number that is never reused; `forget` frees it."""
 
     number: int
     address: int
@@ -70,7 +70,7 @@ class FmuComponent:
     Attributes
     ----------
     stop_time
-        Time (s) at which the last step of the run ends, or None; `enter` passes it on.
+        Time (s) at which the last step of the run ends, or None; `enter` passes it to the FMU.
 
     Raises
     ------
@@ -115,7 +115,7 @@ class FmuComponent:
         Raises
         ------
         FmuError
-            If the FMU refuses to be reset or refuses a start value.
+            If the FMU refuses the reset or a start value.
         """
         self._binding.prepare()
         self._free_states(self._binding)
@@ -147,7 +147,7 @@ class FmuComponent:
         self._guard("Set", self._in.write, self._binding)
 
     def transform(self, laws: Sequence[tuple[float, float]]) -> None:
-        """Send factor times value plus offset for each of `inputs`, until the next reset (not in compiled code)."""
+        """Send factor times value plus offset for each of `inputs` until the next reset, but not in compiled code."""
         factors, offsets = np.array(laws).T
         self._in.law = factors, offsets
 
@@ -178,7 +178,7 @@ class FmuComponent:
         self._call("SetFMUState", self._state)
 
     def hold(self) -> HeldState:
-        """Return the state of the FMU, which survives a reset and is freed by `close`."""
+        """Return the state of the FMU in a form that survives a reset and that `close` frees."""
         pointer = c_void_p()
         self._call("GetFMUState", byref(pointer))
         return self._held_state(pointer)
@@ -190,7 +190,7 @@ class FmuComponent:
             self._call("FreeFMUState", byref(c_void_p(state.address)))
 
     def serialise(self) -> bytes:
-        """Return the state of the FMU as bytes, which `put` restores in any instance of the same FMU."""
+        """Return the state of the FMU as bytes, from which `put` restores it in any instance of the same FMU."""
         state = self.hold()
         try:
             pointer = c_void_p(state.address)
@@ -223,30 +223,31 @@ class FmuComponent:
     def memory(self) -> Array:
         """Return the stored state as numbers that can be changed before `restore`.
 
-        They have the layout of this project's export (`saved.c`): its values, in the order of the references, and its
-        state come last, each aligned to 16 bytes. The next `save` changes them, and `close` and `reset` free them.
+        They have the layout of this project's export (`saved.c`). The last two parts are the values, in the order of
+        the references, and the state; each is aligned to 16 bytes. The next `save` changes the numbers; `close` and
+        `reset` free them.
         """
         return self._numbers(self._state)
 
     def present(self) -> Array:
-        """Return the present state as numbers in the layout of `memory`, valid until the next call."""
+        """Return the present state as numbers in the layout of `memory`; they are valid until the next call."""
         self._call("GetFMUState", byref(self._after))
         return self._numbers(self._after)
 
     def answer(self, time: float, step_size: float) -> Array:
-        """Step from the stored state (times in s), and return the memory after the step, valid until the next call."""
+        """Step from the stored state (times in s); return the memory after the step, which the next call changes."""
         self._guard(None, self._step_from_state, self._binding, time, step_size)
         return self._numbers(self._after)
 
     def answers(self, places: Indices, values: Array, observed: Indices, time: float, step_size: float) -> Array:
-        """Step from the stored state several times, with different values at some places of its memory each time.
+        """Step several times from the stored state, each time with other values at some indices of its memory.
 
         Parameters
         ----------
         places, values
-            These places, and a row of values for each step, shape (steps, places); the last ones remain set.
+            The indices, and a row of values for each step, shape (steps, places); the last row of values remains set.
         observed
-            Places of the returned numbers.
+            Indices of the numbers to return.
         time, step_size
             Time and size of the step (s).
 
@@ -287,20 +288,20 @@ class FmuComponent:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings logged by the FMU since the end of its initialisation, and faults unless they explain a refusal."""
+        """Warnings that the FMU has logged since its initialisation, and its faults unless it has refused a call."""
         return self._log.warnings if self._has_refused else self._log.complaints
 
     def entry_points(self) -> EntryPoints:
-        """Return the functions that `write`, `step` and `read` call; valid until `close`."""
+        """Return the functions that `write`, `step` and `read` call; they are valid until `close`."""
         fmu = self._binding
         return EntryPoints(fmu.instance, fmu.do_step, self._in.transfers(fmu, "Set"), self._out.transfers(fmu, "Get"))
 
     def refusal(self, call: str, status: int) -> FmuError:
-        """Return the error for a call (Set, Get or DoStep) with a status other than OK and Warning."""
+        """Return the error for a call (Set, Get or DoStep) that returned a status other than OK and Warning."""
         return self._refusal(self._binding.function(call), status)
 
     def close(self) -> None:
-        """Terminate and free the instance, unless it is corrupted; repeated calls do nothing, and it never raises."""
+        """Terminate and free the instance, unless it is corrupted; this never raises, and does nothing if repeated."""
         fmu, self._fmu = self._fmu, None
         if fmu is None:
             return
@@ -342,7 +343,7 @@ class FmuComponent:
         self._guard("Set", initial.write, self._binding)
 
     def _exchange(self, names: tuple[str, ...]) -> Exchange:
-        """Return the exchange of the variables with these names; after a reset it is reused."""
+        """Return the exchange of the variables with these names; it is reused after a reset."""
         if names not in self._exchanges:
             ports = [self._interface.port(v, self.name) for v in names]
             self._exchanges[names] = Exchange(self._binding, ports, self._interface)
@@ -359,7 +360,7 @@ class FmuComponent:
         self._guard(None, self._binding.call, name, *arguments)
 
     def _guard(self, name: str | None, function: Callable[..., None], *arguments: Any) -> None:
-        """Make calls; an error names their purpose (Set, Get or DoStep) or the called function."""
+        """Call a function; an error names its purpose (Set, Get or DoStep) or, without a `name`, the FMI function."""
         try:
             function(*arguments)
         except FMICallException as error:

@@ -45,7 +45,7 @@ def main() -> None:
 
 
 def _answer(component: FmuComponent, method: str, arguments: tuple[Any, ...]) -> Any:
-    """Call a method, with the values that it takes from the component, and return its result or the outputs."""
+    """Set inputs or a stop time that are among the arguments, call a method, and return its result or the outputs."""
     if method == "warnings":
         return component.warnings
     if method == "enter":

@@ -22,8 +22,9 @@ from array_types import Array, Bools, Indices
 class Transfer:
     """A call that sets or gets values, for compiled code.
 
-    It has the arguments of fmi2SetReal. `references` identify the variables: in FMI 2.0, value references. `where` are
-    their positions among the inputs or outputs. Values are C doubles if `real`, C ints otherwise.
+    The call has the arguments of fmi2SetReal. `references` identify the variables; in FMI 2.0, they are value
+    references. `where` are their positions among the inputs or outputs. Values are C doubles if `real` is set, and C
+    ints otherwise.
     """
 
     function: int
@@ -44,9 +45,9 @@ class Group:
     references
         Value references, one per array.
     image
-        Their values as the FMU stores them, including complete arrays, of the type `dtype`.
+        The values, of type `dtype`, as the FMU stores them; they include complete arrays.
     at, where
-        Positions of the exchanged variables, in the image and among all exchanged values.
+        Positions of the exchanged variables in the image, and among all exchanged values.
     """
 
     def __init__(self, name: str, ctype: Any, ports: Sequence[tuple[int, Port]], interface: FmuInterface) -> None:
@@ -70,16 +71,16 @@ class Group:
         self.where = np.array([position for position, _ in ports], np.intp)
 
     def fill(self, values: Mapping[str, float]) -> None:
-        """Set array elements that are not exchanged to these values, by name, or to their start values."""
+        """Set the array elements that are not exchanged: to these values, given by name, or to their start values."""
         for k, port in self._unexchanged:
             self._view[k] = values.get(port.name, port.start or 0.0)
 
     def store(self, values: Array) -> None:
-        """Put values into the image."""
+        """Write values to the image."""
         self._view[self.at] = values
 
     def load(self) -> NDArray[Any]:
-        """Return the exchanged values of the image."""
+        """Return the exchanged values in the image."""
         return self._view[self.at]
 
     def only(self, selected: Bools) -> Group:
@@ -89,7 +90,7 @@ class Group:
 
 
 class Exchanging(Protocol):
-    """Part of a binding that an exchange requires; `kinds` are C types by the names of FMI functions."""
+    """Part of a binding that an exchange requires; `kinds` maps type names in FMI functions to C types."""
 
     kinds: ClassVar[Mapping[str, Any]]
 

@@ -1,11 +1,11 @@
 """Runs the finaliser of PythonFMU's binary in the right order when the process exits.
 
-This module serves foreign FMUs; in this project's FMUs, the guard does the same.
+This module is for FMUs of other tools; FMUs of this project contain a guard that does the same.
 
-The binary keeps a static shared pointer to its interpreter state. At exit the C library runs static destructors first
-and a library's finaliser last; the finaliser then releases a pointer that is already destroyed, and decrements memory
-that has by then become a link of the heap's free list. On a `dlclose` the order would be correct, but the binary has
-unique symbols, so glibc never unloads it.
+The binary keeps a static shared pointer to its interpreter state. At exit, the C library runs static destructors first
+and a library's finaliser last. The finaliser then releases a pointer that is already destroyed, so it decrements memory
+that has become a link of the heap's free list. With `dlclose`, the order would be correct, but the binary has unique
+symbols, so glibc never unloads it.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ def release_before_static_destructors(binary: Path) -> bool:
     """Register the finaliser of a loaded PythonFMU binary as an exit handler; return whether that was possible.
 
     Exit handlers run last in, first out, so this one runs before the static destructors, which were registered when the
-    binary was loaded. It clears the pointer; its later run and the destructor then find nothing to release.
+    binary was loaded. It clears the pointer, so that the regular finaliser and the destructor find nothing to release.
 
     Parameters
     ----------
     binary
-        The shared library of an FMU, as the host loaded it.
+        Path of the FMU's shared library, as the host loaded it.
     """
     if sys.platform != "linux":
         return False

@@ -1,8 +1,8 @@
 """Reads the interface of an FMU from its modelDescription in FMI 2.0 or 3.0.
 
 Each element of an FMI 3.0 array becomes a variable, in row-major order, with a name such as `gains[2,3]`; indices start
-at 1. FMUs of this project's export state the FMI 2.0 names of their elements, which are also used here. If the size of
-an array is a parameter, its start value applies.
+at 1. FMUs exported by this project state the FMI 2.0 names of the elements; these names are then used instead. If the
+size of an array is a parameter, its start value applies.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _LIMITS = {
 
 
 class _Notes(NamedTuple):
-    """Additional data of a variable in FMUs of this project's export: warning, and names and texts of elements."""
+    """Additional data of a variable in FMUs of this project: its warning, and the names and texts of its elements."""
 
     warning: str = ""
     elements: tuple[tuple[str, str], ...] = ()
@@ -61,14 +61,14 @@ def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuI
     Parameters
     ----------
     folder
-        Where it is extracted.
+        Folder to which the FMU is extracted.
     name, archive
-        Component and file in messages; the folder by default.
+        Names of the component and the file in messages; the folder replaces a missing file name.
 
     Raises
     ------
     ValueError
-        If it is not a co-simulation FMU of FMI 2.0 or 3.0.
+        If it is not an FMI 2.0 or 3.0 FMU for co-simulation.
     """
     file = folder / DESCRIPTION
     return _read(folder, name, archive or folder, file.stat().st_mtime_ns if file.is_file() else 0)
@@ -87,7 +87,7 @@ def _read(folder: Path, name: str, source: Path, _changed: int) -> FmuInterface:
 
 
 class Unsupported(ValueError):
-    """A valid description of an unsupported FMU."""
+    """The description is valid, but the FMU is not supported."""
 
 
 def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
@@ -143,7 +143,7 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
 
 
 def _with_display_units(unit: Any, definitions: Mapping[str, UnitDefinition]) -> Mapping[str, UnitDefinition]:
-    """Return the definitions of all units and of a unit's display units, d = f v + o, where b = F v + O."""
+    """Return the definitions b = F v + O of all units, and of the display units d = f v + o of one unit."""
     displays = {display.name: display for display in unit.displayUnits if display.name not in definitions}
     if unit.name not in definitions or not displays:
         return definitions
@@ -165,7 +165,7 @@ def _texts(description: Any) -> Iterator[TextVariable]:
 
 
 def _of_experiment(description: Any, attribute: str) -> float | None:
-    """Return a positive number of the default experiment; None if it has none."""
+    """Return an attribute of the default experiment if it is a positive number, otherwise None."""
     with suppress(TypeError, ValueError):  # None, or a text that is not a number
         value = float(getattr(description.defaultExperiment, attribute, None))  # type: ignore[arg-type]
         return value if 0.0 < value < math.inf else None
@@ -173,7 +173,7 @@ def _of_experiment(description: Any, attribute: str) -> float | None:
 
 
 def _states(description: Any) -> tuple[tuple[str, str], ...]:
-    """Return names of states and of their derivatives; none if a derivative does not name its state."""
+    """Return the names of the states and their derivatives; return nothing if a derivative does not name its state."""
     listed = [unknown.variable for unknown in description.derivatives]
     pairs = tuple((v.derivative.name, v.name) for v in listed if v is not None and v.derivative is not None)
     return pairs if len(pairs) == len(listed) else ()
@@ -194,7 +194,7 @@ def _notes(folder: Path) -> dict[str, _Notes]:
 
 
 def _add_omitted(description: Any, folder: Path) -> None:
-    """Set the attributes of variables that FMPy 0.3 does not read: relativeQuantity, limits of unsigned integers."""
+    """Set the attributes of variables that FMPy 0.3 does not read: relativeQuantity, and unsigned integers' limits."""
     content = (folder / DESCRIPTION).read_bytes()
     if b"relativeQuantity" not in content and b"<UInt" not in content:
         return
@@ -209,18 +209,18 @@ def _add_omitted(description: Any, folder: Path) -> None:
 
 
 def _has_start(variable: Any) -> bool:
-    """Return whether a user may set the start of an output or local variable: FMI calls it `exact` or `approx`."""
+    """Return whether a user may set the start value of an output or local variable (`exact` or `approx` in FMI)."""
     is_computed = variable.causality in (None, "local", "output") and variable.variability != "constant"
     return is_computed and variable.initial in ("exact", "approx")
 
 
 def _is_time(variable: Any, major: str) -> bool:
-    """Return whether a variable is the time, which every FMU of FMI 3.0 has."""
+    """Return whether a variable is the time, which every FMI 3.0 FMU declares."""
     return major == "3" and variable.causality == "independent"
 
 
 def _names(variable: Any, notes: _Notes) -> tuple[tuple[str, str], ...]:
-    """Return name and description of a variable, or of each element of an array."""
+    """Return the name and description of a variable, or of each element of an array."""
     shape, text = tuple(variable.shape or ()), variable.description or ""
     if not shape:
         return ((variable.name, text),)
@@ -242,7 +242,7 @@ def _ports(
     depends_on: tuple[str, ...],
     notes: _Notes,
 ) -> Iterator[Port]:
-    """Return a port for a variable, or for each element of an array."""
+    """Yield a port for a variable, or for each element of an array."""
     declared = variable.declaredType
     unit = variable.unit or _inherited(variable, "unit")
     items = declared.items if declared is not None and variable.type == "Enumeration" else ()
@@ -280,7 +280,7 @@ def _ports(
 
 
 def _inherited(variable: Any, attribute: str) -> Any:
-    """Return an attribute of a variable, or the attribute of its declared type; None if neither has it."""
+    """Return an attribute of a variable or, if the variable lacks it, of its declared type; None if both lack it."""
     own = getattr(variable, attribute, None)
     return getattr(variable.declaredType, attribute, None) if own is None else own
 

@@ -18,14 +18,14 @@ UnitDefinition = tuple[float, ...]  # exponents of kg, m, s, A, K, mol, cd, rad,
 class Port:
     """A scalar variable of an FMU, or an element of an array.
 
-    `type` is Real, Integer or Boolean; `stored` is the FMU's type: the same in FMI 2.0; Float64, Int8, Enumeration, ...
-    in FMI 3.0. An array of `size` elements has one value reference and is exchanged as a whole; `element` counts from
-    0, and `array` is the array's name with the indices of the element, from 1. `definition` is None if the FMU does not
-    define the unit; `units` are all units that it defines, and the display units of this unit. `depends_on` of an
-    output lists the inputs that reach it without delay. `warning` is the sentence of an output that is a warning.
-    `items` are the names of the values of an Enumeration, whose type is Integer. A `relative` quantity is a difference,
-    such as a rise of temperature; it is converted between units without their offsets. `has_start` is true for an
-    output or local variable, such as a state, whose start value the FMU lets a user set.
+    `type` is Real, Integer or Boolean; `stored` is the type in the FMU, for example Float64, Int8 or Enumeration in FMI
+    3.0. An array of `size` elements has one value reference and is exchanged as a whole. `element` counts the elements
+    from 0; `array` is the array's name and the element's indices, which count from 1. `definition` is None if the FMU
+    does not define the unit; `units` contains all units that the FMU defines, and the display units of this unit. For
+    an output, `depends_on` lists the inputs that reach it without delay. If an output is a warning, `warning` is its
+    sentence. For an Enumeration, whose `type` is Integer, `items` maps names to values. A `relative` quantity is a
+    difference, such as a rise in temperature, so it is converted between units without their offsets. `has_start` is
+    true for an output or local variable, such as a state, whose start value the FMU lets a user set.
     """
 
     name: str
@@ -52,9 +52,9 @@ class Port:
 
     @property
     def set_as(self) -> str:
-        """How a user sets it: `input`, `parameter`, or an empty text if only the FMU computes it.
+        """How a user sets the variable: `input`, `parameter`, or an empty text if only the FMU computes it.
 
-        A start value, such as the height of a ball that falls, is set before initialisation like a parameter.
+        A start value, such as the initial height of a falling ball, is set before initialisation like a parameter.
         """
         if self.causality in ("input", "parameter"):
             return self.causality
@@ -62,7 +62,7 @@ class Port:
 
     @property
     def position(self) -> int:
-        """Position of the value in the memory of an FMU of this project's export (arrays by elements)."""
+        """Position of the value in the memory of an FMU exported by this project, in which each element has one."""
         return self.reference + self.element
 
     @property
@@ -77,7 +77,7 @@ class Port:
 
     @property
     def kind(self) -> str:
-        """The causality with its article: `an input`."""
+        """The causality with its article, such as `an input`."""
         return f"{'an' if self.causality[0] in 'io' else 'a'} {self.causality}"
 
     def allowed(self) -> str:
@@ -98,7 +98,7 @@ class Port:
 
 @dataclass(frozen=True)
 class TextVariable:
-    """A String or Binary variable of an FMU; its value is set before initialisation, and not exchanged.
+    """A String or Binary variable of an FMU; its value is set before initialisation and is not exchanged.
 
     `size` is the number of elements of an array.
     """
@@ -111,11 +111,11 @@ class TextVariable:
 
     @property
     def kind(self) -> str:
-        """The causality with its article: `an input`."""
+        """The causality with its article, such as `an input`."""
         return f"{'an' if self.causality[0] in 'io' else 'a'} {self.causality}"
 
     def value(self, raw: object, name: str) -> str | bytes:
-        """Return a value in the form that the FMU accepts: a text, or bytes written as hexadecimal digits.
+        """Return a value in the form that the FMU accepts: text, or bytes, which users write as hexadecimal digits.
 
         Raises
         ------
@@ -143,13 +143,13 @@ class TextVariable:
 class FmuInterface:
     """An FMU's identity and its variables by name, in the order of the modelDescription.
 
-    `takes_any_step`: it can handle any communication step; `saves_state`: it can return to an earlier state;
-    `serialises_state`: a state can be written. `states` are the names of the continuous states and their time
-    derivatives, if an FMU of FMI 2.0 provides directional derivatives and lists them. `fmi` is the version of FMI. A
-    process can have only one instance of an FMU that is `once_per_process`. `texts` are its String and Binary
-    variables. `deviations` are the rules of FMI that its description breaks, and `internal_step` and `tolerance` the
-    step size (s) and the relative tolerance of its default experiment. `reports_faults`: it was made by this project,
-    so its output `fault_code` is 0 without a fault.
+    If `takes_any_step` is set, the FMU can handle communication steps of any size. If `saves_state` is set, it can
+    return to an earlier state. If `serialises_state` is set, a state can be converted to bytes. `states` are the names
+    of the continuous states and their time derivatives, if an FMI 2.0 FMU lists them and provides directional
+    derivatives. `fmi` is the version of FMI. A process can have only one instance of an FMU that is `once_per_process`.
+    `texts` are its String and Binary variables. `deviations` are the rules of FMI that its description breaks.
+    `internal_step` and `tolerance` are the step size (s) and the relative tolerance of its default experiment. If
+    `reports_faults` is set, the FMU was made by this project, so its output `fault_code` is 0 unless there is a fault.
     """
 
     identifier: str
@@ -169,7 +169,7 @@ class FmuInterface:
     tolerance: float | None = None
 
     def of(self, causality: str) -> tuple[Port, ...]:
-        """Return the variables with a causality."""
+        """Return the variables with this causality."""
         return self._by_causality.get(causality, ())
 
     @cached_property
@@ -183,7 +183,7 @@ class FmuInterface:
         return {port.name: port.start for port in self.of("parameter")}
 
     def elements(self, name: str, place: tuple[int, ...] = ()) -> tuple[Port, ...]:
-        """Return the variable `name`; for an array, all its elements, row by row, or the one that `name` indexes."""
+        """Return the variable `name`; for an array, its elements row by row, or only the element at `place`."""
         if name in self.ports and not place:
             return (self.ports[name],)
         return tuple(p for p in self.ports.values() if p.array[:1] == (name,) and place in ((), p.array[1:]))

@@ -18,7 +18,7 @@ def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
     Parameters
     ----------
     folder
-        Where the FMU is extracted.
+        Folder to which the FMU is extracted.
     interface
         Its interface.
     what
@@ -27,7 +27,8 @@ def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
     Raises
     ------
     ValueError
-        If it has no library, or PythonFMU's library without a script, which would end the process.
+        If the FMU has no library, or has PythonFMU's library without a script, because loading it would end the
+        process.
     """
     identifier = interface.identifier
     if not re.fullmatch(r"\w[\w .+-]*", identifier):

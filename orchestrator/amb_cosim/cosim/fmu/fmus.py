@@ -6,8 +6,8 @@ Entry points name models: a distribution that declares
     lag_sensor = "lag_sensor.model:source"
 
 adds the model `lag_sensor`. `source(**options)` returns the `Model` and its constants; it uses the options (`rotor`,
-`receptances`, ...) that it names. Making a model imports its code and computes its constants; for a source declared
-with `made_from`, this is skipped if the FMU already exists.
+`receptances`, ...) that are among its parameters. Making a model imports its code and computes its constants; for a
+source declared with `made_from`, this is skipped if the FMU already exists.
 """
 
 from __future__ import annotations
@@ -59,10 +59,10 @@ class MadeModel(Protocol):
 
     @property
     def model(self) -> str:
-        """Name of the model, whose source takes the object as its `file`."""
+        """Name of the model whose source takes this object as its `file`."""
 
     def __hash__(self) -> int:
-        """Return its hash: models made from it may be cached."""
+        """Return the hash of the object, because models made from it may be cached."""
 
 
 FmuSource = str | MadeModel
@@ -82,22 +82,22 @@ class Fmu:
 
     @cached_property
     def layout(self) -> dict[str, Any] | None:
-        """Source of its interface, for an FMU of this project's export; None for others."""
+        """Source of the FMU's interface if this project exported the FMU, otherwise None."""
         file = self.folder / "resources" / "layout.json"
         return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
 
     @cached_property
     def linear_state(self) -> dict[str, Any] | None:
-        """The linear part of its state (`fmi_export.linear_state`), and its size; None if unknown."""
+        """The linear part of the FMU's state (`fmi_export.linear_state`), and the state's size; None if unknown."""
         file = self.folder / "resources" / "linear_state.json"
         return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
 
 
 def made_from(*packages: str, **files: Callable[[Any], Path]) -> Callable[[S], S]:
-    """Declare the packages whose code, with the source's file, decides what a source returns for its options.
+    """Declare the packages whose code, besides the source's file, determines what a source returns for its options.
 
-    `files` are functions, by option name, that return the file for an option's value. A value that is neither a string
-    nor a path represents itself, so its `repr` must be complete.
+    `files` maps names of options to functions that return the file for an option's value. A value that is neither a
+    string nor a path is identified by its `repr`, which must therefore be complete.
     """
 
     def declare(source: S) -> S:
@@ -114,7 +114,7 @@ def models() -> Mapping[str, EntryPoint]:
 
 
 def as_fmu(fmu: FmuSource | PathLike[str]) -> FmuSource:
-    """Return the source of an FMU, a path as text."""
+    """Return the source of an FMU; convert a path to text."""
     return fspath(fmu) if isinstance(fmu, PathLike) else fmu
 
 
@@ -124,29 +124,29 @@ def fmu_name(fmu: FmuSource) -> str:
 
 
 def model_of(fmu: FmuSource) -> str | None:
-    """Return the name of a component's model, even if it is made from a file; None for the path of an FMU."""
+    """Return the name of a component's model, even if the model is made from a file; None for the path of an FMU."""
     if not isinstance(fmu, str):
         return fmu.model
     return fmu if fmu in models() else MADE_FROM_FILE.get(Path(fmu).suffix)
 
 
 def is_model(fmu: FmuSource) -> bool:
-    """Return whether a component of a system is a model: a name, a file or an object."""
+    """Return whether a component of a system is a model, which a name, a file or an object can represent."""
     return model_of(fmu) is not None
 
 
 def is_placeholder(fmu: FmuSource) -> bool:
-    """Return whether a component's model requires a file that it is made from."""
+    """Return whether a component is only the name of a model that must be made from a file."""
     return fmu in MADE_FROM_FILE.values()
 
 
 def is_made_from_file(fmu: FmuSource) -> bool:
-    """Return whether a component is a model that is made from a separate file, or from an object like it."""
+    """Return whether a component is a model that is made from a separate file, or from an object in place of a file."""
     return model_of(fmu) in MADE_FROM_FILE.values()
 
 
 def _resolved(fmu: FmuSource, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return the name of a model and its options, with the file or object that it is made from."""
+    """Return the name of a model and its options, including the file or object that the model is made from."""
     name = model_of(fmu)
     if name is None or name == fmu:
         return str(fmu), dict(options)
@@ -154,7 +154,7 @@ def _resolved(fmu: FmuSource, options: Mapping[str, Any]) -> tuple[str, dict[str
 
 
 def model_source(name: FmuSource, **options: Any) -> tuple[Model, Array]:
-    """Return a model, by its name or by the object that it is made from, and its constants for these options.
+    """Return a model, given by name or by the object that it is made from, and its constants for these options.
 
     Raises
     ------
@@ -171,7 +171,7 @@ def build_models(
     target: BuildTarget,
     **options: Any,
 ) -> list[Path]:
-    """Write the FMUs of models, made as by `model_source`, into `folder` and return their paths.
+    """Make models as `model_source` does, write their FMUs into `folder`, and return the paths.
 
     Nothing is written unless all can be built.
     """
@@ -182,12 +182,13 @@ def build_models(
 def fmu_with_starts(
     name: FmuSource, target: BuildTarget, starts: Mapping[str, float], step_size: float, **options: Any
 ) -> bytes:
-    """Return the FMU of a model with these start values of parameters and inputs, and with this usual step (s).
+    """Return the FMU of a model with these start values of parameters and inputs, and with this default step (s).
 
     Raises
     ------
     ValueError
-        If no model or variable has this name, a value is out of its range, or it cannot be made with these options.
+        If no model or variable has this name, a value is out of its range, or the model cannot be made with these
+        options.
     """
     from fmi_export.model import with_starts
 
@@ -196,7 +197,7 @@ def fmu_with_starts(
 
 
 def ingredients(fmu: FmuSource, **options: Any) -> dict[str, Any]:
-    """Return the sources of a component's FMU: files and objects by the options of its model, or the FMU."""
+    """Return what a component's FMU is made from: files and objects, by option of its model, or the FMU file itself."""
     if not is_model(fmu):
         return {"FMU": Path(str(fmu))}
     name, options = _resolved(fmu, options)
@@ -210,12 +211,12 @@ def ingredients(fmu: FmuSource, **options: Any) -> dict[str, Any]:
 
 
 def provide(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
-    """Return the FMU of a model (by name or file), built if needed, or the FMU file at a path.
+    """Return the FMU of a model (given by name or file), built if needed, or the FMU file at a path.
 
     Raises
     ------
     ValueError
-        If it is neither, or the model cannot be made with these options.
+        If `fmu` is neither a model nor a file, or the model cannot be made with these options.
     """
     if is_model(fmu):
         return ensure_built(fmu, flavour, **options)
@@ -226,16 +227,16 @@ def provide(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
 
 
 def note_first_loading(fmu: Fmu) -> None:
-    """Print a notice if an FMU given as a file is loaded here for the first time; call it before loading."""
+    """Log a notice if an FMU file is loaded here for the first time; call this function before loading the FMU."""
     if fmu.flavour == "file" and is_first_loading(fmu.folder):
         log.warning("%s runs here for the first time: an FMU is a program that has all your permissions", fmu.path)
 
 
 def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
-    """Return the FMU of a model, built and extracted into the user's cache unless it is already there completely.
+    """Return the FMU of a model; build and extract it into the user's cache unless a complete copy is already there.
 
-    It is built for this machine. Its folder is named after a digest of its sources, which changes with interface, code
-    and constants.
+    The FMU is built for this machine. The name of its folder contains a digest of its sources, which changes with the
+    interface, the code and the constants.
 
     Raises
     ------
@@ -276,7 +277,7 @@ def _source(name: str) -> Source:
 
 
 def _made(source: Source, options: Mapping[str, Any]) -> tuple[Model, Array]:
-    """Return a model and its constants, which do not depend on the number of threads even in their last bits."""
+    """Return a model and its constants, of which not even the last bits depend on the number of threads."""
     import scipy.linalg  # noqa: F401  # which has a BLAS, to be limited, too
 
     with one_blas_thread():
@@ -308,7 +309,7 @@ def _versions() -> tuple[str, str]:
 
 
 def _with_file(source: Source, name: str, option: Any) -> Any:
-    """Return the file that the value of an option names, if the source declares one; return other values unchanged."""
+    """Return the file that the value of an option names, if the source declares files for it; otherwise, the value."""
     files = getattr(source, "files", {})
     return files[name](option) if name in files and isinstance(option, str | Path | None) else option
 

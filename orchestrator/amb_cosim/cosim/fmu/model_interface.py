@@ -1,4 +1,4 @@
-"""The interface of a model's FMU, from its variable table, as read from a description of FMI 2.0."""
+"""The interface of a model's FMU, made from the variable table as if it were read from an FMI 2.0 description."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ OF_UNIT = {**dict.fromkeys(SI, 0.0), "factor": 1.0, "offset": 0.0}
 
 
 def interface_of(model: Model) -> FmuInterface:
-    """Return the interface of a model before its FMU is built, without a GUID."""
+    """Return the interface of a model's FMU, except its GUID, before the FMU is built."""
     variables = model.interface.variables
     inputs = {v.name for v in variables if v.causality == "input"}
     definitions = {unit: _definition(unit) for unit in {v.unit for v in variables if v.type == "Real"}}

@@ -1,8 +1,10 @@
 """Finds FMUs that cannot run in one process with the FMUs before them.
 
-* Of an FMU with `canBeInstantiatedOnlyOncePerProcess`, a process can have one instance: others would share its state.
-* FMUs of PythonFMU share one interpreter, in which the name of a module refers to the first FMU's.
-* Libraries beside an FMU's own are loaded by their names: all FMUs with one of the same name get the first FMU's.
+* A process can have only one instance of an FMU with `canBeInstantiatedOnlyOncePerProcess`, because further instances
+  would share its state.
+* FMUs of PythonFMU share one interpreter, in which a module name always refers to the module of the first FMU.
+* Additional libraries of an FMU are loaded by name. If several FMUs have a library of the same name, all of them get
+  the library of the first FMU.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ CODE = (".py", ".so", ".pyd")  # files of Python modules
 
 
 def separate_components(fmus: Mapping[str, Fmu], interfaces: Mapping[str, FmuInterface]) -> frozenset[str]:
-    """Return the components that need a separate process because of the components before them."""
+    """Return the components that need a separate process because they conflict with components before them."""
     separate: set[str] = set()
     identifiers: set[str] = set()
     code: dict[str, str] = {}

@@ -29,7 +29,7 @@ def _forwarded(method: str) -> Callable[..., Any]:
 
 
 class SeparateComponent(FmuComponent):
-    """An `FmuComponent` in a separate process; arguments and errors are the same; it can also raise `ProcessFailed`."""
+    """An `FmuComponent` in a separate process, with the same arguments and errors, and `ProcessFailed` in addition."""
 
     def __init__(
         self,

@@ -1,9 +1,10 @@
 """Reads a modelDescription that breaks the rules of FMI, as other importers do, and reports the broken rules.
 
-FMPy checks the schema and more. A description that it refuses is read without that check if it contains everything that
-a run needs: identifiers, and a name, a type and a value reference for each variable. Breaches that FMPy cannot read are
-corrected first: parameters with continuous variability (the default of FMI 2.0) become fixed, types that are not
-defined and unknowns that refer to no variable are ignored, and a version 2.0.x counts as 2.0.
+FMPy checks descriptions against the schema and against further rules. A description that FMPy refuses is read without
+that check if it contains everything that a run needs: identifiers, and a name, a type and a value reference for each
+variable. Errors that prevent FMPy from reading are corrected first. Parameters with continuous variability (the default
+of FMI 2.0) become fixed. Undefined types, and unknowns that refer to no variable, are ignored. A version 2.0.x counts
+as 2.0.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ PARAMETERS = ("parameter", "calculatedParameter")
 
 
 def read_tolerantly(folder: Path) -> tuple[Any, tuple[str, ...]]:
-    """Return the description of an extracted FMU, as FMPy returns it, and the rules that it breaks.
+    """Return the description of an extracted FMU, as FMPy returns it, and the rules that this description breaks.
 
     Raises
     ------
@@ -53,7 +54,7 @@ def read_tolerantly(folder: Path) -> tuple[Any, tuple[str, ...]]:
 
 
 def _identifier_fault(description: Any) -> tuple[str, ...]:
-    """Return the rule that an identifier breaks if it is not a name in C, such as `tank-c`."""
+    """Return the rule that an identifier breaks if, like `tank-c`, it is not a valid name in C."""
     identifier = getattr(description.coSimulation, "modelIdentifier", None)
     if identifier is None or re.fullmatch(r"[A-Za-z_]\w*", identifier, re.ASCII):
         return ()
@@ -61,7 +62,7 @@ def _identifier_fault(description: Any) -> tuple[str, ...]:
 
 
 def _read_corrected(file: Path) -> Any:
-    """Return a description of FMI 2.0 with a variability for its parameters, without undefined types and unknowns."""
+    """Return an FMI 2.0 description with a variability for each parameter, and without undefined types and unknowns."""
     root = ElementTree.parse(file).getroot()
     if root.get("fmiVersion", "").partition(".")[0] == "2":
         root.set("fmiVersion", "2.0")

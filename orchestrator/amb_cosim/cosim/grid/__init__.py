@@ -1,1 +1,1 @@
-"""When does a run have values, and which inputs does it have then? Communication points, and inputs over time."""
+"""The times of a run: its communication points, and its inputs over time."""

@@ -14,7 +14,7 @@ from array_types import Array, Indices
 
 
 class Changes(NamedTuple):
-    """Values of positions at communication points, ascending in time; the last of several values at a point applies."""
+    """Values of inputs, by position, at communication points in ascending order; the last value at a point applies."""
 
     points: Indices
     positions: Indices
@@ -29,7 +29,7 @@ class Schedule:
         raise NotImplementedError
 
     def __call__(self, n: int, exogenous: Array) -> None:
-        """Write inputs that change at communication point n into the array."""
+        """Write the inputs that change at communication point n to the array."""
         _, positions, values = self.changes(n, n + 1)
         exogenous[positions] = values
 
@@ -53,11 +53,11 @@ class PiecewiseLinear(Schedule):
     Parameters
     ----------
     points
-        Communication points and values, ascending.
+        Pairs of communication point and value, in ascending order.
     grid
         Times of the communication points.
     value, slope
-        Positions of the quantity and of its derivative over the coming step, in 1/s.
+        Positions of the quantity, and of its derivative over the coming step (1/s).
     """
 
     def __init__(

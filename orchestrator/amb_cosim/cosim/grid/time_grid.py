@@ -17,11 +17,11 @@ EPSILON = sys.float_info.epsilon
 
 
 def in_steps(time: float, h: float, origin: float = 0.0) -> float:
-    """Return the time from `origin` (s) in steps of h (s), without the rounding of whole or half numbers of steps.
+    """Return the time since `origin` (s) in steps of h (s); whole and half numbers of steps are exact.
 
-    Round quotients of times with this function: otherwise 3 steps of 1e-4 s are 3.0000000000000004 steps, and the step
-    nearest to 3.5 depends on the last bit. Times of 1.7e9 s, seconds since 1970, are rounded to 2.4e-7 s, and so are
-    their differences.
+    Use this function for all quotients of times. Otherwise, 3 steps of 1e-4 s are 3.0000000000000004 steps, and the
+    step nearest to 3.5 depends on the last bit. Times of 1.7e9 s (seconds since 1970) are rounded to 2.4e-7 s, and so
+    are their differences.
     """
     rounding = 4.0 * EPSILON * max(abs(time), abs(origin)) / h if origin else 0.0
     time -= origin
@@ -33,9 +33,10 @@ def in_steps(time: float, h: float, origin: float = 0.0) -> float:
 
 
 class TimeGrid(NamedTuple):
-    """Communication points t_n = t_0 + n h, except that a last step may be shorter.
+    """Communication points t_n = t_0 + n h, except that the last step may be shorter.
 
-    `start` is t_0. Unless `last` is None, the point `last` is at the time `stop`, less than h after the one before it.
+    `start` is t_0. Unless `last` is None, the point `last` is at the time `stop`, which is less than h after the
+    previous point.
     """
 
     step_size: float
@@ -44,7 +45,7 @@ class TimeGrid(NamedTuple):
     stop: float = 0.0
 
     def time(self, n: int) -> float:
-        """Return the time of a point (s); never a sum of steps."""
+        """Return the time of a point (s), which is never computed as a sum of steps."""
         return self.stop if n == self.last else self.start + n * self.step_size
 
     def is_at(self, n: int, time: float) -> bool:
@@ -58,7 +59,7 @@ class TimeGrid(NamedTuple):
         return times
 
     def position(self, n: int) -> float:
-        """Return the time of a point in steps after t_0: n, or less for a point after a shorter step."""
+        """Return the time of a point in steps after t_0: n, or less than n after a shorter step."""
         return in_steps(self.stop, self.step_size, self.start) if n == self.last else n
 
     def nearest(self, name: str, time: float) -> int:
@@ -84,7 +85,7 @@ def nearest_point(name: str, time: float, h: float, start: float = 0.0) -> int:
 
 
 def nearest_steps(name: str, time: float, h: float) -> int:
-    """Return the number of communication steps h (s) nearest to a time (s); raises ValueError if it is zero."""
+    """Return the number of communication steps of h (s) nearest to a time (s); raises ValueError if it is zero."""
     if not 0.0 < time < math.inf:
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be > 0 s")
     n = nearest_point(name, time, h)
@@ -94,12 +95,12 @@ def nearest_steps(name: str, time: float, h: float) -> int:
 
 
 def is_on_grid(n: int, time: float, h: float) -> bool:
-    """Return whether n communication steps h (s) equal a time (s), within rounding."""
+    """Return whether n communication steps of h (s) equal a time (s), within rounding."""
     return math.isclose(n * h, time, rel_tol=ROUNDING)
 
 
 def whole_steps(name: str, time: float, h: float) -> int:
-    """Return the number of communication steps h (s) in a time (s); raises ValueError if it is not a whole number."""
+    """Return the number of communication steps of h (s) in a time (s); raises ValueError if it is not whole."""
     n = nearest_steps(name, time, h)
     if not is_on_grid(n, time, h):
         raise ValueError(

@@ -1,9 +1,9 @@
 """The data of a run for the compiled master loop, `loop.c`, which calls FMI functions directly.
 
 The compiled loop repeats the loop in `master`, the readable reference, operation by operation, and records the same
-values to the last bit, with one difference: outputs that no component reads are fetched only when recorded. The run
-consists of blocks of steps, between which Python checks for interrupts and reports progress. A clock ends blocks of
-slow steps.
+values to the last bit. There is one difference: outputs that no component reads are fetched only when they are
+recorded. The run consists of blocks of steps, between which Python checks for interrupts and reports progress. If steps
+are slow, a clock ends a block early.
 
 The loop runs without the interpreter lock. FMUs that contain Python acquire it for each of their calls, as in any host,
 while other threads run.
@@ -48,12 +48,13 @@ class Addressable(Participant, Protocol):
 
 
 class Calls(NamedTuple):
-    """The calls of all components that set variables, or that get them, in sequence.
+    """All calls that set variables of components, or all calls that get them, in sequence.
 
-    Component i has the calls `of[i]` to `of[i + 1]`. Call c moves the variables `first[c]` to `first[c + 1]` between
-    their `positions` in the value array and `reals` or `integers`, where the FMU reads or writes them. Its arguments
-    are the addresses `references_at[c]`, within `references`, and `values_at[c]`, within `reals` or `integers`, or, if
-    `direct` is set, within the value array itself.
+    Component i has the calls from `of[i]` up to but not including `of[i + 1]`. Likewise, call c moves the variables
+    from `first[c]` to `first[c + 1]` between their `positions` in the value array and `reals` or `integers`, where the
+    FMU reads or writes them. The call has two addresses as arguments: `references_at[c]`, within `references`, and
+    `values_at[c]`, within `reals` or `integers`. If `direct[c]` is set, `values_at[c]` is instead within the value
+    array itself.
     """
 
     of: Indices
@@ -70,10 +71,10 @@ class Calls(NamedTuple):
 
 
 class _Program(NamedTuple):
-    """The data of a master as arrays; `step_sizes` (s) are the steps of the components.
+    """The data of a master as arrays; `step_sizes` are the step sizes of the components (s).
 
-    `fetches` get all outputs, `needed` only the outputs that are used even if they are not recorded. At a recorded
-    point all outputs are fetched by the same calls, because an additional call would cost more than the values.
+    `fetches` get all outputs; `needed` get only the outputs that are used even if they are not recorded. At a recorded
+    point, `fetches` get all outputs at once, because additional calls would cost more than the additional values.
     """
 
     instance: Indices
@@ -96,7 +97,7 @@ _TYPES: dict[type, Any] = {np.ndarray: c_void_p, bool: c_bool, float: c_double, 
 
 
 class End(Structure):
-    """End of a block of steps: last point seen, number of rows, failed component, and the met condition or -1."""
+    """End of a block of steps: last point seen, number of rows, failed call, and the condition that was met or -1."""
 
     _fields_ = [(name, c_ssize_t) for name in ("reached", "row", "component", "call", "status", "met")]
 
@@ -118,22 +119,22 @@ def run(
     Parameters
     ----------
     master
-        Initialised, with components that have entry points.
+        The master, initialised, with components that have entry points.
     first, last, schedules
         As for `Master.run`.
     recorder
         Records every point, including the last.
     observers
-        Called about every 50 ms with the last reached point and the values after it; values that are only recorded may
+        Called about every 50 ms with the last point reached and the values after it; values that are only recorded may
         be older.
     stops
-        Checked at every point, after it has been recorded.
+        Conditions that are checked at every point, after the point has been recorded.
     programs
         Data of earlier runs of these components, to which the data of this run are added.
     stop
         As for `Master.run`.
     watch
-        Receives the values at its positions for every point.
+        Watch that receives the values at its positions for every point.
 
     Raises
     ------
@@ -194,12 +195,12 @@ def run(
 def step(
     master: Master[C], first: int, last: int, stops: StopObserver, recorder: Recorder, programs: Programs | None = None
 ) -> None:
-    """Step from one point to another like `Master.run`, without schedules, record, conditions and pauses.
+    """Step from one point to another like `Master.run`, but without schedules, recording, conditions or pauses.
 
     Parameters
     ----------
     master, first, last, stops, recorder, programs
-        As for `run`; only their values are read.
+        As for `run`; `stops` and `recorder` only determine which outputs are read at every point.
 
     Raises
     ------
@@ -240,9 +241,9 @@ def _see(watch: FiniteWatch | None, recorder: Recorder, block: RecordBuffer, beg
 
 
 def _program_of(master: Master[C], stops: StopObserver, recorder: Recorder, programs: Programs | None) -> Structure:
-    """Return the data of a master as a C structure, or that of an identical master if `programs` contains one.
+    """Return the data of a master as a C structure, which is reused if `programs` contains an equal one.
 
-    Quantities of stop conditions, and those recorded at every point, are read at every point.
+    Quantities of stop conditions, and quantities that are recorded at every point, are read at every point.
     """
     every = [component.every for component in master.components]
     judged = tuple(stops.conditions.positions.tolist()), tuple(recorder.each.tolist())
@@ -274,7 +275,7 @@ def _program_of(master: Master[C], stops: StopObserver, recorder: Recorder, prog
 
 
 def _only(used: Bools, transfers: Sequence[Transfer]) -> list[Transfer]:
-    """Reduce transfers to the outputs that are used."""
+    """Restrict transfers to the outputs that are used."""
     masks = [used[t.where] for t in transfers]
     return [t if keep.all() else t.only(keep) for t, keep in zip(transfers, masks, strict=True) if keep.any()]
 
@@ -282,7 +283,7 @@ def _only(used: Bools, transfers: Sequence[Transfer]) -> list[Transfer]:
 def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[Indices], values: Array | None = None) -> Calls:
     """Collect the transfers of all components; `places` are positions of their variables in the value array.
 
-    If `values` is passed, the FMU writes Reals that are consecutive in `values` directly to it.
+    If `values` is passed, FMUs write Reals with consecutive positions in `values` directly to this array.
     """
     flat = [t for group in transfers for t in group]
     positions = [place[t.where] for group, place in zip(transfers, places, strict=True) for t in group]
@@ -330,7 +331,7 @@ def _merged(changes: Sequence[Changes]) -> Changes:
 def structure_of(data: Any) -> Structure:
     """Return a NamedTuple as a C structure: arrays as their addresses, and the length of the first array at the end.
 
-    It keeps the arrays alive.
+    The structure keeps the arrays alive.
     """
     size = next(len(value) for value in data if isinstance(value, np.ndarray))
     members = [_member(value) for value in data]

@@ -1,4 +1,4 @@
-"""FMU instances that outlive a run: the first run loads them, later runs reset them."""
+"""FMU instances that outlive a run: the first run loads them, and later runs reset them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from array_types import Array
 class InstancePool:
     """The instance of each component, by name; after a failed run the next run loads new instances.
 
-    `generation` changes when states that they held are lost; `programs` belong to the compiled loop.
+    `generation` changes when the states held by the instances are lost; `programs` belong to the compiled loop.
     """
 
     def __init__(self) -> None:
@@ -28,7 +28,7 @@ class InstancePool:
         self.programs: Programs = {}
 
     def values(self, names: tuple[str, ...]) -> Array:
-        """Return a zero array for the values of these signals, reused from the previous run if the names match."""
+        """Return an array of zeros for these signals; the array of an earlier run with the same names is reused."""
         values = self._values.setdefault(names, np.zeros(len(names)))
         values[:] = 0.0
         return values
@@ -70,7 +70,7 @@ class InstancePool:
         self.generation += 1
 
     def forget(self, states: Mapping[str, object]) -> None:
-        """Free states held by the instances of this generation, by component."""
+        """Free the states, given by component, that the instances of this generation hold."""
         for name, state in states.items():
             if isinstance(state, HeldState):
                 self._loaded[name][1].forget(state)

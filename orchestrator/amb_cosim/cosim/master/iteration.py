@@ -1,11 +1,11 @@
 """Iterative coupling: a step is repeated from saved states until inputs and outputs of all components agree.
 
-A component holds its inputs u over a step from t to t + h. The weight w of a source y defines the value for the step, u
-= (1 - w) y(t) + w y(t + h):
+A component holds its inputs u over a step from t to t + h. The weight w of a source y defines the value of an input for
+the step, u = (1 - w) y(t) + w y(t + h):
 
-    w = 1/2   y follows from states: the trapezoidal rule, of second order in h
-    w = 1     y depends directly on inputs of the same step, and so is the value for the step already
-    w = 0     the component samples, and uses the value at the beginning; or y is an integer or a Boolean
+    w = 1/2   y follows from states; this is the trapezoidal rule, of second order in h
+    w = 1     y depends directly on inputs of the same step, so y(t + h) already is the value for the step
+    w = 0     the component samples y at the beginning of the step, or y is an integer or a Boolean
 
 y(t + h) is known only after the step. All components first step with the values at t, in Gauss-Seidel order. Then the
 components whose inputs have changed step again from their states at t, until no input changes by more than `TOLERANCE`
@@ -27,7 +27,7 @@ MOST_REPETITIONS = 30
 
 
 class Repeatable(Protocol):
-    """Part of a component that a repetition requires."""
+    """The part of a component that repetitions use."""
 
     inputs: Array
 
@@ -36,7 +36,7 @@ class Repeatable(Protocol):
 
 
 class Unsettled(RuntimeError):
-    """The inputs of a component still change; `component` is its number and `source` the position of their source."""
+    """The inputs of a component still change; `component` is its number, `source` the position of their source."""
 
     def __init__(self, component: int, source: int) -> None:
         super().__init__()
@@ -50,7 +50,7 @@ class Iteration:
     Parameters
     ----------
     components
-        In the order of a repetition.
+        The components, in the order in which a repetition steps them.
     sources, weights
         For each component, the positions of its inputs' sources in the value array, and their weights w.
     """
@@ -77,9 +77,9 @@ class Iteration:
         Parameters
         ----------
         values
-            The value array: at the beginning of the step when called, at its end on return.
+            The value array; it contains the values at the beginning of the step when called, and at the end on return.
         advance
-            Sends the inputs of component i to it, steps it, and writes its outputs to `values`.
+            Function that sends component i its inputs, steps it, and writes its outputs to `values`.
 
         Raises
         ------

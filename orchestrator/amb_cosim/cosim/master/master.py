@@ -1,8 +1,8 @@
 """The master algorithm: explicit or iterative coupling on an integer time grid, without knowledge of FMI.
 
 All signals are in a single flat array `values`: the exogenous inputs first, then the outputs of each component. Inputs
-of components are gathered from it, outputs are written to it. Communication points are t_n = t_0 + n h with integer n;
-a component with `every = m` steps by m h at every m-th of them.
+of components are gathered from it, and outputs are written to it. Communication points are t_n = t_0 + n h with integer
+n; a component with `every = m` steps by m h at every m-th point.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Observer = Callable[[int, Array], None]
 
 
 class Participant(Protocol):
-    """Part of a component that the algorithm requires; `save` and `restore` are for iterative coupling only."""
+    """The part of a component that the algorithm uses; `save` and `restore` are for iterative coupling only."""
 
     name: str
     every: int
@@ -52,7 +52,7 @@ class Master(Generic[P]):
     Parameters
     ----------
     components
-        In Gauss-Seidel order.
+        The components, in Gauss-Seidel order.
     wiring
         Sources of their inputs.
     step_size
@@ -60,15 +60,16 @@ class Master(Generic[P]):
     coupling
         `gauss_seidel`: each component reads the outputs of earlier components at the end of their steps. `jacobi`: all
         components read the outputs at the beginning of the step; a slower component's outputs appear after its step.
-        `iterative`: steps are repeated until inputs agree with the outputs at their end, see `iteration`.
+        `iterative`: steps are repeated until inputs agree with the outputs at the end of the step; see `iteration`.
     start_time
         t_0 in s, the time of communication point 0.
     values
-        Zero array for the values, if it is part of another array.
+        Array of zeros for the values; it is needed only if it is part of another array.
     end
-        Last point and its time (s), if the step to it is shorter.
+        Last point and its time (s), if the step to this point is shorter than the others.
     last_steps
-        For components whose last step is shorter, by their number: the point from which it begins, and its size (s).
+        For components whose last step is shorter, by component number: the point at which this step begins, and its
+        size (s).
 
     As a context manager, it always closes all components on exit.
     """
@@ -115,7 +116,7 @@ class Master(Generic[P]):
             component.close()
 
     def time(self, n: int) -> float:
-        """Return the time of communication point n in s, t_0 + n h; never a sum of steps."""
+        """Return the time t_0 + n h of communication point n (s), which is never computed as a sum of steps."""
         return self.grid.time(n)
 
     def step_size_of(self, i: int, n: int) -> float:
@@ -126,13 +127,14 @@ class Master(Generic[P]):
     def initialise(self, n: int = 0) -> None:
         """Initialise all components at point n, passing outputs along the connections until none changes.
 
-        Outputs are read again after initialisation mode: some FMUs compute them as it ends. Outputs that differ then
-        are passed along the connections once more, so that point n has the values from which the first step begins.
+        Outputs are read again after initialisation mode, because some FMUs compute them only when it ends. Outputs that
+        then differ are passed along the connections once more, so that point n has the values from which the first step
+        begins.
 
         Raises
         ------
         StartFailed
-            If a component refuses, or outputs keep changing after every connection has been passed; the message then
+            If a component refuses, or if outputs still change after all connections have been passed; the message then
             names the loop.
         """
         for component in self.components:
@@ -178,7 +180,8 @@ class Master(Generic[P]):
         """Advance from communication point `first` to `last`.
 
         At every point, including the last, schedules write the exogenous inputs; then observers are called with the
-        values at this point. With `stop` it ends before the schedules of that point, from which it can continue.
+        values at this point. With `stop`, the run ends before the schedules of the point `stop` are applied, and can
+        continue from there.
 
         Raises
         ------
@@ -200,9 +203,9 @@ class Master(Generic[P]):
     def complete(self, i: int, n: int, end: float) -> bool:
         """Complete the step from point n in which component i ended the run at `end` (s).
 
-        Return whether all values then belong to that time. They do for a single component, and for several components
-        if the time is that of point n + 1 and the coupling is not iterative, but never if the component does not step
-        at every point.
+        Return whether all values then belong to that time. They never do if the component does not step at every point.
+        Otherwise, they do for a single component; for several components, they do if `end` is the time of point n + 1
+        and the coupling is not iterative.
         """
         is_at_point = self.grid.is_at(n + 1, end) and self.coupling != "iterative"
         if self.components[i].every > 1 or not (is_at_point or len(self.components) == 1):
@@ -217,12 +220,12 @@ class Master(Generic[P]):
         return True
 
     def position(self, name: str) -> int:
-        """Return the number of a component."""
+        """Return the position of a component in the order of all components."""
         return [component.name for component in self.components].index(name)
 
     @property
     def scales(self) -> Array:
-        """The largest values of all inputs so far, the reference of iterative coupling."""
+        """The largest value of each input so far, to which iterative coupling relates changes."""
         return self._iteration.largest
 
     @scales.setter
@@ -230,7 +233,7 @@ class Master(Generic[P]):
         self._iteration.largest = largest
 
     def check_start(self, first: int) -> None:
-        """Raise ValueError if a slower component is between its points at point `first`, or cannot be repeated."""
+        """Raise ValueError if a slower component does not step at point `first`, or if its steps must be repeated."""
         for component in self.components:
             if component.every > 1 and self.coupling == "iterative":
                 raise ValueError(
@@ -240,7 +243,7 @@ class Master(Generic[P]):
                 raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")
 
     def _gauss_seidel(self, n: int, first: int = 0) -> None:
-        """Step from point n, from component `first` on."""
+        """Step from point n, starting with component `first`."""
         for i, component in enumerate(self.components):
             if i >= first and n % component.every == 0:
                 self._guarded(n, component, self._send_inputs, i)
@@ -248,7 +251,7 @@ class Master(Generic[P]):
                 self._guarded(n, component, self._fetch_outputs, i)
 
     def _jacobi(self, n: int, first: int = 0) -> None:
-        """Step from point n; with `first` above 0, inputs have been sent, and the components before it have stepped."""
+        """Step from point n; if `first` > 0, inputs have been sent, and the components before `first` have stepped."""
         due = [(i, c) for i, c in enumerate(self.components) if n % c.every == 0]
         for i, component in due if first == 0 else ():
             self._guarded(n, component, self._send_inputs, i)
@@ -287,7 +290,7 @@ class Master(Generic[P]):
             raise self.failure(component, n, error) from error
 
     def failure(self, component: Participant, n: int, error: Exception) -> StepFailed:
-        """Return the error for a component whose step from point n raised another; it names an input that is NaN."""
+        """Return the error for a component whose step from point n raised `error`; it names any input that is NaN."""
         sources = self.wiring.sources[self.position(component.name)]
         nan = [self.wiring.names[position] for position in sources if math.isnan(self.values[position])]
         return StepFailed.by(component.name, self.time(n), error, f"; its input from {nan[0]} is nan" if nan else "")
@@ -315,7 +318,7 @@ class Master(Generic[P]):
 
 
 def find_loop(depends_on: Sequence[Sequence[int]]) -> list[int]:
-    """Find a closed path along the signals, whose first and last positions are equal; it is empty if there is none."""
+    """Return the positions of signals on a closed path, the first one again at the end; empty if none exists."""
     try:
         TopologicalSorter(dict(enumerate(depends_on))).prepare()
     except CycleError as error:

@@ -1,6 +1,6 @@
-"""Response of one step of an FMU to changes of state and inputs, found by stepping from a saved state.
+"""Response of one step of an FMU to changes in state and inputs, found by stepping from a saved state.
 
-It requires FMUs of this project's export that declare the linear part of their state (`fmi_export.linear_state`).
+This requires FMUs exported by this project that declare the linear part of their state (`fmi_export.linear_state`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ HUGE = 1e300  # J; with this as its largest energy, the plant accepts any energy
 
 
 def first_harmonic(values: Array) -> Array:
-    """Return constant, cosine and sine part of values at `ANGLES`; shapes (3, n), (n, 3)."""
+    """Return the constant, cosine and sine parts, shape (n, 3), of values at `ANGLES`, shape (3, n)."""
     weights = np.array([np.full(3, 0.5), np.cos(ANGLES), np.sin(ANGLES)]) / 1.5
     result: Array = (weights @ values).T
     return result
@@ -35,7 +35,7 @@ class Response(NamedTuple):
     matrix
         [[A, B], [C, D]], shape (n_x + n_y, n_x + n_u).
     forcing
-        [f; g]: constant part, and parts with cosine and sine of the angle, shape (n_x + n_y, 3).
+        [f; g]: the constant part, and the parts with the cosine and the sine of the angle, shape (n_x + n_y, 3).
     """
 
     matrix: Array
@@ -43,7 +43,7 @@ class Response(NamedTuple):
 
 
 class StateMap:
-    """A component by the numbers in its memory, which take effect when restored.
+    """A component as the numbers in its memory; changes take effect when the memory is restored.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class StateMap:
     names
         Names of the variables that the master sends, and of those that it reads.
     positions
-        Their positions among the master's values.
+        Positions of these variables among the master's values.
     linear_state
         The FMU's `Fmu.linear_state`.
     """
@@ -91,7 +91,7 @@ class StateMap:
         return float(self.memory[self._values + position])
 
     def advance(self, time: float, step_size: float) -> float:
-        """Return the growth of the angle per step (rad)."""
+        """Return the increase of the angle per step (rad)."""
         growth = float(self.component.answer(time, step_size)[self._angle] - self.memory[self._angle])
         return growth % (2.0 * math.pi)
 
@@ -101,7 +101,7 @@ class StateMap:
         Parameters
         ----------
         moving, turning
-            Of the master's values, the signals that move linearly, and the angles.
+            Masks of the master's values: the signals that move linearly, and the angles.
         scales
             Magnitude of each value.
         time, step_size
@@ -127,12 +127,12 @@ class StateMap:
         return Response(matrix, first_harmonic(forced))
 
     def places_of(self, chosen: Bools) -> tuple[Indices, Indices]:
-        """Return the places in memory of some of the master's values, and the position of each value."""
+        """Return the memory indices of the `chosen` values of the master, and the positions of these values."""
         places, at = np.append(self._inputs, self._outputs), np.append(self.sources, self.slot)
         return places[chosen[at]], at[chosen[at]]
 
     def start(self, states: Array, places: Indices, values: Array, angle: float) -> None:
-        """Set states, the values at places in memory, and the angle (rad) of the part."""
+        """Set the states of the component, `values` at the memory indices `places`, and the angle (rad)."""
         self.memory[self.rows] = states
         self.memory[self._energy[1:]] = HUGE
         self.memory[places] = values

@@ -4,14 +4,15 @@ With x the states and signals that move linearly, a communication step is
 
     x(n+1) = T x(n) + F_0 + Re[F_1 exp(j theta_n)]          theta_(n+1) = theta_n + phi                     (1)
 
-T, F_0 and F_1 are found from the FMUs themselves: each FMU is stepped from a saved state with one number changed at a
+T, F_0 and F_1 are found from the FMUs themselves. Each FMU is stepped from a saved state with one number changed at a
 time (`responses`), and the responses are combined in the order of the master. If T is stable, (1) settles to
 
     x(n) = a + Re[b exp(j theta_n)]      (1 - T) a = F_0      (exp(j phi) - T) b = F_1                      (2)
 
-No period is assumed: a turn may take any number of steps. The residual of a step from (2) corrects a and b once, which
-removes the rounding of T. Nonlinear states (Fourier windows, counters, the key of the exact motion) follow in one
-simulated turn. At its end each signal must agree with (2), which detects contact, noise, limits and nonlinear laws.
+No period is assumed: a turn may take any number of steps. The residual of a step from (2) is used to correct a and b
+once, which removes the rounding errors of T. Nonlinear states (Fourier windows, counters, the key of the exact motion)
+are found by simulating one turn. At its end, each signal must agree with (2), which detects contact, noise, limits and
+nonlinear laws.
 """
 
 from __future__ import annotations
@@ -47,9 +48,10 @@ class _OffOrbit(Exception):
 
 @dataclass(frozen=True)
 class SettledLoop:
-    """A master at communication point n, its components as parts, and which of its values move.
+    """A master at communication point n, with its components as parts, and with masks of the values that move.
 
-    `moving` move linearly, `turning` are angles; `advance` steps the master from one point to another.
+    `moving` selects the values that move linearly, and `turning` the angles. `advance` steps the master from one point
+    to another.
     """
 
     master: Master[FmuComponent]
@@ -66,12 +68,12 @@ class SettledLoop:
 
     @cached_property
     def names(self) -> list[str]:
-        """Names of these signals."""
+        """Names of the signals that move linearly."""
         return [self.master.wiring.names[position] for position in self.signals]
 
     @cached_property
     def units(self) -> list[str | None]:
-        """Units of these signals."""
+        """Units of the signals that move linearly."""
         ports = {part.component.name: part.interface.ports for part in self.parts}
         return [ports[component][variable].unit for component, _, variable in (n.partition(".") for n in self.names)]
 
@@ -82,11 +84,11 @@ class SettledLoop:
 
     @cached_property
     def _places(self) -> list[tuple[Indices, Indices]]:
-        """Places of the moving signals in the memory of each part, and their positions."""
+        """Memory indices of the moving signals in each part, and the positions of these signals."""
         return [part.places_of(self.moving | self.turning) for part in self.parts]
 
     def put(self, x: Array, angle: float) -> None:
-        """Set states, signals and angle (rad) of master and parts, at point n."""
+        """Set the states, the signals and the angle (rad) of the master and its parts at point n."""
         values = self.master.values
         values[self.signals], values[self.turning] = x[self.n_states :], angle
         row = 0
@@ -95,7 +97,7 @@ class SettledLoop:
             row += len(part.rows)
 
     def step(self) -> Array:
-        """Step from point n, and return states and signals."""
+        """Step from point n, and return the states and signals."""
         self.advance(self.n, self.n + 1)
         states = (part.component.present()[part.rows] for part in self.parts)
         return np.concatenate([*states, self.master.values[self.signals]])
@@ -107,7 +109,7 @@ class SettledLoop:
         return [part.response(self.moving, self.turning, scales, time, step_size) for part in self.parts]
 
     def single_step(self, responses: Sequence[Response]) -> tuple[Array, Array]:
-        """Return T of (1), and the constant, cosine and sine part of F, shape (n_x, 3)."""
+        """Return T of (1), and the constant, cosine and sine parts of F, shape (n_x, 3)."""
         n_states, row = self.n_states, 0
         size = n_states + len(self.signals)
         before = np.hstack([np.eye(size), np.zeros((size, 3))])
@@ -128,7 +130,7 @@ class SettledLoop:
 
 @dataclass(frozen=True)
 class Orbit:
-    """The settled motion (2): a and b (complex), and at a communication point `n` the angle and phi (rad)."""
+    """The settled motion (2): a, b (complex), the angle at communication point `n` (rad), and phi (rad)."""
 
     mean: Array
     amplitude: Array
@@ -147,16 +149,16 @@ class Orbit:
 
 
 def settle(master: Master[FmuComponent], assembly: Assembly, advance: Advance, first: int, begin: int) -> int:
-    """Bring a master into its settled motion, and return the resulting communication point, before 0.
+    """Bring a master into its settled motion, and return the communication point then reached, which is before 0.
 
     Parameters
     ----------
     master, assembly
-        The master, initialised at point `begin`, and the FMUs and interfaces of its components.
+        The master, which is initialised at point `begin`, and the FMUs and interfaces of its components.
     advance
-        Steps the master from one point to another.
+        Function that steps the master from one point to another.
     first
-        The angle at point 0 is as if it had grown since this point.
+        Point since which the angle is assumed to have increased; this determines the angle at point 0.
     begin
         See `Plan.begin`.
 
@@ -190,7 +192,7 @@ def settle(master: Master[FmuComponent], assembly: Assembly, advance: Advance, f
 
 
 def loop_at(master: Master[FmuComponent], assembly: Assembly, advance: Advance, n: int) -> SettledLoop:
-    """Return the loop of a master at point n after a step from there; arguments as for `settle`.
+    """Step a master from point n and return its loop at the next point; arguments are as for `settle`.
 
     Raises
     ------
@@ -231,11 +233,11 @@ def solve(
     loop, responses
         The loop, and the response of each part.
     skipped
-        Steps by which the orbit's angle leads the present one.
+        Number of steps by which the orbit's angle is ahead of the present angle.
     corrects
-        Whether a step corrects it; false if forces act that the FMUs do not have in free motion.
+        Whether the residual of a step corrects the motion; false if there are forces that the FMUs lack in free motion.
     advance
-        Angle by which the motion turns in a step (rad); the angle of the rotor by default.
+        Angle by which the motion turns in a step (rad); by default, the angle by which the rotor turns.
 
     Raises
     ------
@@ -260,7 +262,7 @@ def solve(
 
 
 def _residual(loop: SettledLoop, orbit: Orbit) -> Array:
-    """Return the residual of an orbit after a step: constant, cosine and sine part, shape (n_x, 3)."""
+    """Return the residual of an orbit after a step: its constant, cosine and sine parts, shape (n_x, 3)."""
     residual = []
     for angle in ANGLES:
         loop.put(orbit.at(angle), angle)
@@ -269,7 +271,7 @@ def _residual(loop: SettledLoop, orbit: Orbit) -> Array:
 
 
 def check_stability(T: Array, step_size: float) -> None:
-    """Raise CannotSettle unless the powers of T vanish; steps take `step_size` (s)."""
+    """Raise CannotSettle unless the powers of T tend to zero; `step_size` is the size of a step (s)."""
     moves = T.any(axis=0)  # what no step reads does not change whether the powers vanish
     power, size = T[np.ix_(moves, moves)], math.inf
     with np.errstate(all="ignore"):

@@ -1,1 +1,1 @@
-"""How does a run share the computer? Its processes and threads, and how they are interrupted."""
+"""Processes and threads of a run, and how they are interrupted."""

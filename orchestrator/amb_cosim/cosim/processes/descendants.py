@@ -56,7 +56,7 @@ def end_with_parent(wait: Callable[[], object]) -> None:
     Parameters
     ----------
     wait
-        Returns when the parent has ended.
+        Function that returns when the parent has ended.
     """
     adopt_orphans()
     continue_without_parent()

@@ -16,7 +16,7 @@ _received: list[int] = []  # numbers of the signals since `interruptible` began
 
 
 class Interruption:
-    """Whether a signal was received."""
+    """Whether a signal has been received."""
 
     def __init__(self) -> None:
         self.received = False
@@ -29,9 +29,9 @@ class Interruption:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let SIGTERM raise KeyboardInterrupt within the block, as Ctrl-C does; a lost exception is raised again.
+    """Let SIGTERM raise KeyboardInterrupt within the block, as Ctrl-C does; raise it again if Python drops it.
 
-    Python drops an exception in a finaliser or in a function that C code calls.
+    Python drops exceptions that are raised in a finaliser, or in a function that C code calls.
     """
     _received.clear()
     before = _handled() if _in_main_thread() else {}
@@ -96,7 +96,7 @@ def undivided() -> Iterator[None]:
 
 
 def was_interrupted() -> bool:
-    """Return whether a signal was received since `interruptible` began."""
+    """Return whether a signal has been received since `interruptible` began."""
     return bool(_received)
 
 
@@ -122,7 +122,7 @@ def _restore(handlers: dict[int, Any]) -> None:
 
 
 def _interrupt_later(started: threading.Event, ended: threading.Event) -> None:
-    """Interrupt the main thread soon after it has `started` this one; in that call the signal would be lost again."""
+    """Interrupt the main thread soon after it has `started` this thread; during that call, the signal would be lost."""
     started.wait()
     if not ended.wait(0.01):
         _thread.interrupt_main()

@@ -1,12 +1,12 @@
-"""NetCDF files of recorded signals, by h5py: for hundreds of small variables, xarray's writer is several times slower.
+"""NetCDF files of recorded signals, written by h5py: for hundreds of variables, xarray's writer is much slower.
 
 A NetCDF-4 file is an HDF5 file in which dimensions are dimension scales, and names and attributes keep their order.
 Files are created in memory, because HDF5 ends the process if a disk is full. All content has a checksum, so a flipped
-bit is an error on reading. HDF5 provides no checksum for the lists of chunks; from a damaged list it reads zeros, or
-never returns. Four bytes after the end, which HDF5 ignores, are a CRC-32 of the file.
+bit causes an error on reading. However, HDF5 provides no checksum for the lists of chunks, and from a damaged list it
+reads zeros or never returns. Therefore a CRC-32 of the file follows in four bytes after its end, which HDF5 ignores.
 
-HDF5 would read a slash in a name as a path, so `one.p/q` is stored with another character, and its name as an
-attribute.
+HDF5 would read a slash in a name as a path, so `one.p/q` is stored with another character, and its original name is
+stored as an attribute.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ WITH_CHECKSUMS = ("v108", "v108")  # the format of HDF5 1.8, whose descriptions 
 
 
 def netcdf(signals: SignalTable | xr.Dataset) -> bytes:
-    """Return the content of a NetCDF-4 file of signals, compressed, and its checksum.
+    """Return the compressed content of a NetCDF-4 file of signals, followed by its checksum.
 
     Raises
     ------
     OSError
-        If memory does not suffice for it. If HDF5 itself runs out of memory, it ends the process.
+        If memory does not suffice for the file. If HDF5 itself runs out of memory, it ends the process.
     """
     groups = (signals.variables, signals.coordinates) if isinstance(signals, SignalTable) else (signals.variables,)
     size = sum(variable.values.nbytes for group in groups for variable in group.values())
@@ -57,7 +57,7 @@ def netcdf(signals: SignalTable | xr.Dataset) -> bytes:
 
 
 def stored_names(names: Iterable[str]) -> dict[str, str]:
-    """Return the name in the file of each name with a slash."""
+    """Map each name that contains a slash to its name in the file."""
     taken, result = set(names), {}
     for name in sorted(taken):
         if "/" in name:

@@ -16,7 +16,7 @@ COPIES = 2.0  # of a record at most in memory at a time: itself, and the signals
 
 
 class RecordBuffer(NamedTuple):
-    """Arguments and arrays of a recorder, for a compiled loop to write to."""
+    """Settings of a recorder, and its arrays, to which a compiled loop writes."""
 
     positions: Indices
     first: int
@@ -39,11 +39,11 @@ class Recorder:
     first
         Communication point at which recording begins.
     every
-        Decimation m; multiples of it are recorded.
+        Decimation m; points that are multiples of m are recorded.
     each
         Positions recorded at every point if the others are decimated.
     rows
-        The record of these.
+        The record of the positions `each`.
     """
 
     def __init__(

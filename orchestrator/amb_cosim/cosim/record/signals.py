@@ -1,7 +1,7 @@
 """Recorded signals over time with labels, for summaries, figures and files.
 
-`SignalTable` has the needed attributes of an `xarray.Dataset`, with the same names. Importing xarray takes as long as a
-short run, so it is loaded only when a data set is requested.
+`SignalTable` provides the required attributes of `xarray.Dataset` under the same names. Importing xarray takes as long
+as a short run, so it is loaded only when a data set is requested.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class SignalTable:
         return name in self.variables or name in self.coordinates
 
     def to_dataset(self) -> xr.Dataset:
-        """Return the same as an xarray data set, which shares the samples."""
+        """Return the table as an xarray data set that shares its samples."""
         import xarray as xr
 
         data, coordinates = (

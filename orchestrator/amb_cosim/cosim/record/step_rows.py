@@ -20,14 +20,15 @@ LONGEST_ROW = 0.5e-3  # s, half of the window over which contact forces are aver
 
 
 def steps_in_row(n_steps: int, every: int, step_size: float) -> int:
-    """Return the number of steps in a row: the smallest divisor of `every` that keeps to `MOST_ROWS`, if one does.
+    """Return the number of steps per row: the smallest divisor of `every` with at most `MOST_ROWS` rows, if any.
 
     Parameters
     ----------
     n_steps
         Steps of the run.
     every
-        Steps from sample to sample of the decimated record, so that samples coincide with the ends of rows.
+        Number of steps between samples of the decimated record; the length of a row divides it, so samples coincide
+        with ends of rows.
     step_size
         Length of a step (s).
     """
@@ -37,7 +38,7 @@ def steps_in_row(n_steps: int, every: int, step_size: float) -> int:
 
 
 def complete_rows(first: int, end: int, steps: int) -> tuple[int, int]:
-    """Return the number of complete rows among the points from `first` to `end` - 1, and of the points after them."""
+    """Return the numbers of complete rows from point `first` to point `end` - 1, and of points after these rows."""
     if end <= first:
         return 0, 0
     rows = (end - 1) // steps - (first - 1) // steps
@@ -48,7 +49,7 @@ A = TypeVar("A", Array, Indices)
 
 
 def grown(items: A, used: int, rows: int) -> A:
-    """Return an array with room for this number of rows, which begins with the used rows; it may be the same array."""
+    """Return an array that begins with the used rows and has room for `rows` rows; it may be `items` itself."""
     if rows <= len(items):
         return items
     result = np.zeros((rows, *items.shape[1:]), items.dtype)
@@ -80,8 +81,8 @@ class StepRows:
     def reserve(self, end: int) -> tuple[int, Array]:
         """Make room for the rows up to point `end` - 1; return the point of the first row and the table.
 
-        With a step in each row, values may be written to the table; then call `wrote`. Memory pages are allocated when
-        they are written to.
+        If each row contains one step, values may be written to the table; call `wrote` afterwards. Memory pages are
+        allocated when they are written to.
         """
         self._table = grown(self._table, self._n, self.rows_until(end))
         return self._first, self._table

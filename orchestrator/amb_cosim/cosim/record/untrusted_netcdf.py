@@ -1,9 +1,9 @@
 """Checks a NetCDF file from elsewhere before it is read: all its data must lie in this file and fit into it.
 
-HDF5 follows links and storage into other files, whose bytes would appear in tables and figures. It also allocates as
-much as a file announces: chunks that are not stored, that several arrays share, or that are compressed twice. A byte of
-DEFLATE stands for at most 1032 bytes (two bits for 258), so all data together have at most 1032 times the size of the
-file.
+HDF5 follows links to other files and reads data stored there, so bytes of these files would appear in tables and
+figures. It also allocates as much memory as a file announces, even for chunks that are not stored, that several arrays
+share, or that are compressed twice. A byte of DEFLATE stands for at most 1032 bytes (two bits for 258), so all data
+together have at most 1032 times the size of the file.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ DIMENSIONS, REFERENCES = "DIMENSION_LIST", "REFERENCE_LIST"  # attributes that r
 def check_content(path: Path) -> None:
     """Raise ValueError if an object of a NetCDF-4 file lies in another file, or announces more than the file can hold.
 
-    The file may contain only what `netcdf` writes: arrays of numbers with one dimension, contiguous or in chunks with
-    the filters of `FILTERS`, and attributes that are numbers or single texts, none of which codes the numbers
-    (`CODED`).
+    The file may contain only what `netcdf` writes: one-dimensional arrays of numbers, and attributes that are numbers
+    or single texts. Arrays are contiguous, or in chunks with the filters in `FILTERS`. Attributes that define an
+    encoding of numbers (`CODED`) are not allowed.
     """
     size, stored, described, unlimited = path.stat().st_size, 0, 0, 0
     with h5py.File(path) as file:
@@ -75,7 +75,7 @@ def _objects(file: Any) -> Iterator[Any]:
 
 
 def _stored(array: Any) -> int:
-    """Return the number of bytes that an array takes in the file; raises ValueError if it announces more than these."""
+    """Return the number of bytes that an array takes in the file; raises ValueError if they cannot hold its values."""
     if array.ndim != 1 or array.shape is None:
         raise ValueError(f"{array.name} has the shape {array.shape}, which is not allowed; it must have one dimension")
     if other := [size for size in _sizes_of_dimension(array) if size != array.size]:  # readers fill up what is missing
@@ -103,7 +103,7 @@ def _stored(array: Any) -> int:
 
 
 def _sizes_of_dimension(array: Any) -> list[int]:
-    """Return the sizes of the arrays that an array uses as its dimension; none if the reference is broken."""
+    """Return the sizes of the arrays that an array uses as its dimension, or nothing if the reference is broken."""
     try:
         return [scale.size for scale in array.dims[0].values() if scale.ndim == 1]
     except (RuntimeError, ValueError, TypeError, KeyError):

@@ -28,13 +28,14 @@ class WarningRecord:
     component, variable
         Output that became true; `variable` is empty for other logged warnings.
     kind
-        The declared sentence without values and places: the same for all outputs with this warning.
+        The declared sentence without values and places, which is the same for all outputs with this warning.
     sentence
-        The sentence with the values at the time of logging; for recorded outputs, with their range while it was true.
+        The sentence with the values at the time of logging; for recorded outputs, with the range of values while the
+        warning was true.
     first, last
         First and last time at which it was true (s); the first may be before time 0, during settling.
     share
-        Share of the time from 0 on. `last` and `share` are None if the output was not recorded.
+        Share of the time from 0 on for which it was true. `last` and `share` are None if the output was not recorded.
     """
 
     component: str
@@ -59,9 +60,9 @@ def of_component(
     Parameters
     ----------
     component, ports
-        Its name and its variables.
+        The component's name and variables.
     log
-        Warnings that it logged.
+        Warnings that the component logged.
     start
         Time of the initialisation (s).
     times, recorded
@@ -104,7 +105,7 @@ def _of_output(
 
 
 def _with_ranges(declared: str, sentence: str, during: Mapping[str, Array]) -> str:
-    """Return a logged sentence with the range of the values at its time and of the values in `during`, by variable."""
+    """Replace the values in a logged sentence by ranges, which also include the values of each variable in `during`."""
     texts = re.split(r"\{([^}]*)\}", declared)  # texts and, between them, variables
     logged = re.fullmatch("(.*)".join(map(re.escape, texts[::2])), sentence, re.DOTALL)
     if logged is None:
@@ -119,7 +120,7 @@ def _with_ranges(declared: str, sentence: str, during: Mapping[str, Array]) -> s
 
 
 def _kind(port: Port) -> str:
-    """Return the sentence of an output without values and without its place (`seal` of `seal.passed`)."""
+    """Return the sentence of an output without values and without its place, such as `seal` for `seal.passed`."""
     place, _, variable = port.name.partition(".")
     sentence = re.sub(r"\{[^}]*\}", "{}", port.warning)
     return re.sub(rf"\b{re.escape(place)}\b", "*", sentence, flags=re.IGNORECASE) if variable else sentence
@@ -150,7 +151,7 @@ def _sentence(alike: Sequence[WarningRecord]) -> str:
 
 
 def _when(alike: Sequence[WarningRecord]) -> str:
-    """Return begin, end and share of the time, in words."""
+    """Return the beginning, the end and the share of the time in words."""
     starts = [warned.first for warned in alike if warned.first is not None]
     if not starts:
         return ""

@@ -1,8 +1,8 @@
 """The state of a run before a communication point, from which this run, or another with the same past, can continue.
 
-Its file is a NumPy archive (`.npz`): `head`, JSON text with the format version, the point, the past and names;
-`signals`, `points`, `table`; the states of the FMUs, `state_0` and so on, serialised; and `checksum`, the SHA-256 of
-all other arrays with their names, types and shapes.
+Its file is a NumPy archive (`.npz`). It contains `head`, a JSON text with the format version, the point, the past and
+names; arrays such as `signals`, `points` and `table`; and the serialised states of the FMUs, `state_0` and so on.
+Finally, `checksum` is the SHA-256 of all other arrays with their names, types and shapes.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Head(BaseModel):
     @field_validator("past")
     @classmethod
     def _has_parameters_by_component(cls, past: dict[str, Any]) -> dict[str, Any]:
-        """Return the past if its parameters are named by component; the next run reads them before it compares."""
+        """Return the past if its parameters are grouped by component; the next run reads them before comparing."""
         parameters = past.get("parameters", {})
         if not isinstance(parameters, dict) or not all(isinstance(values, dict) for values in parameters.values()):
             raise ValueError("parameters")
@@ -74,23 +74,23 @@ class Checkpoint:
     point, step_size, start_time
         The communication point, the communication step (s), and the time of point 0 (s).
     past
-        What determined the state; see `past`.
+        Data that determined the state; see `state_fingerprint`.
     notice
         Reason why the motion before point 0 was simulated instead of solved for.
     signals, scales
         Values of all signals by name, and the memory of iterative coupling, which is empty in any other coupling.
     recorded, points, table
-        Names of the recorded variables, communication points, and a row of values for each.
+        Names of the recorded variables, communication points, and a row of values for each point.
     recorded_each, steps
-        Names of variables that a decimated record contains at every step, and the rows of their values.
+        Names of the variables that a decimated record contains at every step, and the rows of their values.
     rest, steps_in_row
-        Their values at the points after the last row, and the number of steps in a row.
+        Values of these variables at the points after the last row, and the number of steps in a row.
     since
         For each stop condition, the point since which it has been met without a break.
     states, warnings
         State and logged warnings of each component.
     sources
-        Files that the FMUs are made from, see `Assembly.sources`, if the checkpoint is for a file.
+        Files that the FMUs are made from (see `Assembly.sources`); empty if the states are held in memory.
     file
         The file that it was read from.
     """
@@ -127,14 +127,14 @@ class Checkpoint:
 
     @property
     def is_held(self) -> bool:
-        """Whether the states are in the memory of loaded FMUs."""
+        """Whether the states are held in the memory of loaded FMUs."""
         return not all(isinstance(state, bytes) for state in self.states.values())
 
     def check_past(self, past: Mapping[str, Any], sources: Mapping[str, Any]) -> None:
-        """Raise ValueError unless this is the past of the run to continue, whose FMUs are made from `sources`.
+        """Raise ValueError unless the checkpoint has the `past` of a run whose FMUs are made from `sources`.
 
-        The message lists the differences. Differences of the sources replace differences of the identifiers of FMUs,
-        which follow from them.
+        The message lists the differences. Differences in the sources are listed in place of the differences in FMU
+        identifiers that follow from them.
         """
         lines = list_differences(self.past, past)
         if lines and (others := list_other_sources(self.sources, sources)):
@@ -187,7 +187,7 @@ class Checkpoint:
         Raises
         ------
         ValueError
-            If there is none, or it is damaged, changed, or of another version.
+            If there is no file, or the file is damaged, has been changed, or has another version.
         """
         if not Path(path).is_file():
             raise ValueError(f"no checkpoint {path}; it must be a file that --save-at wrote")

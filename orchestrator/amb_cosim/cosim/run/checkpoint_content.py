@@ -37,7 +37,7 @@ def check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) -> 
 
 
 def check_numbers(start: Checkpoint, plan: Plan) -> None:
-    """Raise ValueError if a checkpoint contains NaN of an FMU of this project, whose outputs are never NaN."""
+    """Raise ValueError if a checkpoint contains NaN from an FMU of this project, because its outputs are never NaN."""
     signals = np.array([[*start.signals.values()]])
     for names, rows in (
         (start.recorded, start.table),
@@ -55,7 +55,7 @@ def check_numbers(start: Checkpoint, plan: Plan) -> None:
 def columns_of(start: Checkpoint, recorded: Sequence[str], table: Array, names: Sequence[str], plan: Plan) -> Array:
     """Return the record of a checkpoint, with the columns of a plan's record.
 
-    An input that only this run changes kept its initial value until then.
+    An input that only the resumed run changes had its initial value until the checkpoint.
     """
     columns = dict(zip(recorded, table.T, strict=True))
     missing = [name for name in names if name not in columns and name not in plan.inputs]

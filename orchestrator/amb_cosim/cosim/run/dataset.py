@@ -159,14 +159,14 @@ def to_signals(recording: Recording) -> SignalTable:
 
 
 def _of_output(output: Output, source: Samples) -> Samples:
-    """Return the samples of an output of the system, from the samples of the component's output that reaches it."""
+    """Return the samples of a system output, computed from those of the component output that is its source."""
     law = output.factor, output.offset
     values = source.values if law == UNCHANGED else output.factor * source.values + output.offset
     return Samples(values, {**source.attrs, "units": output.unit or "1"})
 
 
 def parameters_of(recording: Recording) -> dict[str, dict[str, Any]]:
-    """Return the parameters of every component: numbers, and set texts."""
+    """Return the parameters of every component: numbers, and the texts that were set."""
     texts = recording.plan.all_texts()
     numbers = recording.plan.all_parameters()
     return {component: values | texts.get(component, {}) for component, values in numbers.items()}
@@ -187,7 +187,7 @@ def step_times(recording: Recording) -> dict[str, Samples]:
 
 
 def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord]:
-    """Return the warnings of all components, after the warnings of the plan and on partial events."""
+    """Return the warnings of the plan, then the warnings about partial events and the warnings of all components."""
     plan, columns = recording.plan, dict(zip(recording.plan.recorded, recording.recorder.table.T, strict=True))
     return [
         *(warnings.WarningRecord("parameters", "", text, text) for text in plan.warnings),
@@ -212,7 +212,7 @@ def save(dataset: SignalTable | xr.Dataset, path: Path) -> None:
 
 
 def load(path: Path) -> xr.Dataset:
-    """Read a data set back into memory, which takes at most `MOST_INFLATED` times the size of its file."""
+    """Read a data set back into memory; it takes at most `MOST_INFLATED` times the size of its file."""
     import xarray as xr
 
     check(path)
@@ -232,9 +232,9 @@ def load(path: Path) -> xr.Dataset:
 
 
 def _check_form(dataset: xr.Dataset) -> None:
-    """Raise ValueError unless a data set has only variables over its ascending times, with texts as labels.
+    """Raise ValueError unless times ascend, all variables of a data set are over times, and all labels are texts.
 
-    Times without a unit are in s, and this function adds the unit.
+    Times without a unit are taken to be in s, and this function adds the unit.
     """
     for name, variable in dataset.variables.items():
         if variable.dims not in (("time",), (EACH_STEP,)) or variable.dims[0] not in dataset.coords:
@@ -257,7 +257,7 @@ def _check_form(dataset: xr.Dataset) -> None:
 
 
 def _check_flags(name: str, attributes: Mapping[str, Any]) -> None:
-    """Raise ValueError unless each value of an enumeration has a name, if the variable is an enumeration."""
+    """Raise ValueError if the variable is an enumeration, but its values do not have one name each."""
     if FLAG_NAMES not in attributes and FLAGS not in attributes:
         return
     names, values = attributes.get(FLAG_NAMES), np.asarray(attributes.get(FLAGS, ()))
@@ -274,7 +274,7 @@ def _versions() -> dict[str, str]:
 
 @cache
 def git_revision() -> str | None:
-    """Return the commit of the checkout that this package runs from, `-dirty` if changed; None if there is none."""
+    """Return the commit of this package's checkout, with `-dirty` if it has changes; None without a checkout."""
     folder = Path(__file__).parent
 
     def git(*arguments: str) -> str:

@@ -37,8 +37,8 @@ FIRST = 16  # steps after which their duration is first measured
 def execute_plan(plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
     """Execute a plan with its FMUs.
 
-    A failed step, Ctrl-C, SIGTERM (from the command line), a met condition, or an FMU that ends the run, ends it early;
-    the outcome states the cause, and the record is kept.
+    The run ends early if a step fails, if Ctrl-C or SIGTERM (from the command line) interrupts it, if a stop condition
+    is met, or if an FMU ends it. The outcome then states the cause, and the record is kept.
 
     Raises
     ------
@@ -57,9 +57,9 @@ def execute_plan(plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
 
 
 def run_here(plan: Plan, options: RunOptions) -> Recording:
-    """Run a plan in this process, with options `for_plan`; see `execute_plan`.
+    """Run a plan in this process, with options from `RunOptions.for_plan`; see `execute_plan`.
 
-    A motion before point 0 that cannot be solved for is simulated, with a notice.
+    If the motion before point 0 cannot be solved for, it is simulated, and a notice is added.
     """
     with ExitStack() as stack, deferred() as interruption:
         instances = InstancePool() if options.instances is None else options.instances
@@ -148,8 +148,8 @@ def _autosave(checkpoint: Checkpoint, file: Path) -> None:
 def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome | None:
     """Return the failure of the first foreign FMU whose output is NaN; infinite outputs are warnings.
 
-    Outputs that are recorded or connected are watched; before a checkpoint from which the run began, only recorded ones
-    are.
+    Outputs that are recorded or connected are watched; before the checkpoint from which a run is resumed, only recorded
+    outputs are watched.
     """
     plan, recorder, foreign = simulator.plan, simulator.recorder, simulator.plan.assembly.from_elsewhere
     if not foreign:

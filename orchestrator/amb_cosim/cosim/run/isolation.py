@@ -1,7 +1,8 @@
 """Runs FMUs in a separate process: a crash or hang of an FMU is an error here and does not end this process.
 
-Processes started by FMUs end with the run: on Linux all of them; after a crash of the process, and on other systems,
-the processes that stayed in its group. This is not a sandbox: the FMUs have the user's permissions.
+A run ends the processes that its FMUs started. On Linux, it ends all of them; on other systems, and after a crash of
+the separate process, it ends only the processes that stayed in its group. This is not a sandbox: the FMUs have the
+user's permissions.
 """
 
 from __future__ import annotations
@@ -102,9 +103,9 @@ def _with_warning(recording: Recording, assembly: Assembly, fault: str) -> Recor
 
 
 def messages_of(process: subprocess.Popen[bytes]) -> Messages:
-    """Return a queue of the messages of a process, filled as they arrive; the last is `END`.
+    """Return a queue that receives the messages of a process as they arrive; the last message is `END`.
 
-    The reading thread closes the pipe, which a process started by an FMU, in its own group, may keep open.
+    The reading thread closes the pipe; a process that an FMU started in a group of its own may keep the pipe open.
     """
     messages: Messages = queue.SimpleQueue()
 

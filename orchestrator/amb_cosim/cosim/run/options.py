@@ -1,4 +1,4 @@
-"""Options of a run in one record, from the public function to the separate process; none of them changes a result."""
+"""Options of a run in one record, which the public function passes to the separate process; none changes a result."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ class Saves:
     Attributes
     ----------
     points
-        Communication points; each state is saved at the last point, up to the requested one, at which all components
-        have completed their steps.
+        Communication points; each state is saved at the last point, not later than the requested one, at which all
+        components have completed their steps.
     file, every
-        File of automatic checkpoints, each replacing the previous one, and wall-clock time between them (s).
+        File of automatic checkpoints, each of which replaces the previous one, and the wall-clock time between them
+        (s).
     held
         Whether the states at `points` stay in the memory of the FMUs.
     moments
@@ -46,7 +47,7 @@ class Saves:
     moments: Sequence[Raw] = ()
 
     def for_plan(self, plan: Plan) -> Saves:
-        """Return these saves with the points of all moments, without automatic ones if an FMU cannot serialise.
+        """Return these saves with the points of all moments; drop automatic checkpoints if an FMU cannot serialise.
 
         Raises
         ------
@@ -72,10 +73,11 @@ class RunOptions:
     """Options of a run.
 
     flavour
-        Flavour of this project's models, when the FMUs of the run are found; FMU files are used unchanged.
+        Flavour of this project's models, which applies when the FMUs of the run are found; FMU files are used
+        unchanged.
     loop
-        Loop of an explicit coupling; iterative coupling uses the plain loop. `compiled` and `plain`, which calls the
-        FMUs from Python, give the same results to the last bit. Without a compiled loop (see `loop_library`), the plain
+        Loop for explicit coupling; iterative coupling uses the plain loop. The loop `plain` calls the FMUs from Python;
+        it gives the same results as `compiled` to the last bit. Without a compiled loop (see `loop_library`), the plain
         one runs.
     isolated
         Whether the FMUs run in a separate process; by default only if one of them is an FMU file.
@@ -86,7 +88,7 @@ class RunOptions:
     saves
         States to save during the run.
     progress
-        Called repeatedly with the number of finished steps and of all steps.
+        Function that is called repeatedly with the number of finished steps and the number of all steps.
     """
 
     flavour: Flavour = "native"

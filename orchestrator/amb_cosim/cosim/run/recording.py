@@ -20,14 +20,14 @@ class Outcome:
     Attributes
     ----------
     status
-        `completed`; `stopped` by one of its own conditions, or by a component, as FMI allows; `failed` in a component;
-        `interrupted` by the user.
+        `completed`; `stopped`, by one of the run's conditions or, as FMI allows, by a component; `failed`, in a
+        component; or `interrupted`, by the user.
     time
-        Reached time (s).
+        Time that was reached (s).
     component
         The component that failed or stopped the run.
     reason
-        The met condition, or the message of the component; empty for a completed run.
+        The condition that was met, or the message of the component; empty for a completed run.
     """
 
     status: Status
@@ -37,14 +37,14 @@ class Outcome:
 
     @property
     def failure(self) -> str | None:
-        """A sentence on the cause of an unplanned early end; None if there was none."""
+        """A sentence on the cause of an early end that was not planned; None if there was no such end."""
         if self.status == "failed":
             return f"{self.component} failed at t = {self.time:.12g} s: {self.reason}"
         return f"interrupted at t = {self.time:.12g} s" if self.status == "interrupted" else None
 
     @property
     def stopped(self) -> str | None:
-        """The condition that ended the run, and its time; None if there is none."""
+        """The condition that ended the run, and the time of this end; None if no condition ended it."""
         return f"{self.reason}, at t = {self.time:.12g} s" if self.status == "stopped" else None
 
     def __str__(self) -> str:
@@ -55,7 +55,7 @@ class Outcome:
 class Recording:
     """Record of a run up to its end; `warnings` are the logged warnings of each component.
 
-    `checkpoints` are the requested states, by point, up to its end.
+    `checkpoints` are the requested states that the run reached, by point.
     """
 
     plan: Plan

@@ -49,22 +49,22 @@ def simulate(
     start: Checkpoint | str | Path | None = None,
     **options: Any,
 ) -> Simulation:
-    """Run a system of co-simulation FMUs, of FMI 2.0 and 3.0.
+    """Run a system of FMI 2.0 and 3.0 FMUs for co-simulation.
 
     Parameters
     ----------
     system
         A `System`, or the path of a system file or of an SSP archive.
     experiment
-        The experiment; by default that of the file's table `experiment`, or of the archive.
+        The experiment; by default, the experiment in the file's table `experiment`, or in the archive.
     set
-        Values by `component.variable`, or by a signal's name, in place of the file's.
+        Values by `component.variable`, or by a signal's name, which replace values in the file.
     flavour, loop, isolated, save_at, start
-        As for `amb_cosim.run`; FMU files have no flavour, and times no cycles.
+        As for `amb_cosim.run`; FMU files have no flavour, and times cannot be stated in cycles.
     progress
-        Called repeatedly with the number of finished steps and of all steps.
+        Function that is called repeatedly with the number of finished steps and the number of all steps.
     step_size, stop_time
-        Communication step and end of an SSP archive's run (s), in place of those in the archive.
+        Communication step and end of the run (s), which replace the values in an SSP archive.
     options
         Options of models, such as `rotor`, the name of a packaged rotor or a rotor file.
 

@@ -1,4 +1,4 @@
-"""A plan with loaded FMUs and its record: started or resumed, run from point to point, saved."""
+"""A plan with its loaded FMUs and its record, which is started or resumed, run from point to point, and saved."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from amb_cosim.cosim.system.system import UNCHANGED, Component
 
 
 class Simulator:
-    """A master of a plan's components.
+    """A run of a plan: the master of its components, and the record.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Simulator:
     notice
         Reason why the motion before point 0 is simulated instead of solved for.
     has_end
-        Whether the FMUs receive the end of the plan; they do not if another run may continue from a saved state.
+        Whether the FMUs are told the end time of the plan; they are not if another run may continue from a saved state.
 
     Raises
     ------
@@ -150,7 +150,7 @@ class Simulator:
         return settle(self.master, plan.assembly, step, plan.first, plan.begin)
 
     def advance(self, first: int, stop: int, observers: Sequence[Observer] = ()) -> None:
-        """Run the points from `first` up to but not including `stop`, and step from all except the last of the plan.
+        """Process the points from `first` up to but not including `stop`; step from each except the last of the plan.
 
         Raises
         ------
@@ -167,11 +167,12 @@ class Simulator:
             self.master.run(*arguments[1:], [self.recorder, self.watch, self._stops, *observers], stop)
 
     def end(self, failed: StepFailed) -> float:
-        """Record the end of a run that a component ended in a step, and return its time (s).
+        """Record the end of a run that a component ended in a step, and return the time of this end (s).
 
-        According to FMI, the values then belong to the time that the component states, from t to t + h in a step from
-        t. If it states no time, or no time within the step, the end is t. If one of several components ends the run
-        within a step, the others have no values at that time, and the record ends at t.
+        According to FMI, the values then belong to the time that the component states. In a step from t to t + h, this
+        time must be within the step. If the component states no time, or a time outside the step, the end is t. If one
+        of several components ends the run within a step, the others have no values at that time, and the record ends at
+        t.
         """
         master, n, begin = self.master, self.recorder.reached, failed.time
         i, end = master.position(failed.component), math.nan if failed.end is None else failed.end
@@ -218,14 +219,14 @@ class Simulator:
     def resume(self, start: Checkpoint) -> int:
         """Bring a new run to a checkpoint, and return its point.
 
-        The caller must have compared the past of a held state. FMUs of this project accept a state without
-        initialisation.
+        If the states are held in memory, the caller must already have compared the past. FMUs of this project accept a
+        state without initialisation.
 
         Raises
         ------
         ValueError
             If the checkpoint has another past, is later than the end of this run, lacks recorded variables, or contains
-            NaN of an FMU of this project.
+            NaN from an FMU of this project.
         FmuError
             If an FMU does not accept its state.
         """
@@ -274,7 +275,7 @@ def with_simulated_settling(plan: Plan, notice: str) -> Plan:
 
 
 def _shorter_last_steps(plan: Plan) -> dict[int, tuple[int, float]]:
-    """Return point and size (s) of the last step of each component whose last step would end after the plan's end."""
+    """Return the point and size (s) of the last step of each component that must shorten it to end with the plan."""
     end, last_steps = plan.time(plan.last), {}
     for i, c in enumerate(plan.system.components):
         point = (plan.last - 1) // c.every * c.every

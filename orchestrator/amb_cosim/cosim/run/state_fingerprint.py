@@ -59,6 +59,6 @@ def _start_value(plan: Plan, name: str) -> float:
 
 
 def _begun(ramp: Ramp, n: int) -> tuple[tuple[int, float], ...]:
-    """Return the points of a profile up to the first at or after point n, because the line to it has begun."""
+    """Return the points of a profile up to the first one at or after point n, because the line to it has begun."""
     before = sum(point < n for point, _ in ramp.points)
     return ramp.points[: before + 1]

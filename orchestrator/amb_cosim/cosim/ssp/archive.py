@@ -33,7 +33,7 @@ def export_ssp(
     """Write a prepared run to `path` and return it; the file appears complete or not at all.
 
     Models of this project are built with the run's parameters and initial inputs as start values, so that tools that
-    ignore parameter bindings give the same run; FMU files are used unchanged.
+    ignore parameter bindings reproduce the run. FMU files are used unchanged.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ def export_ssp(
     target, options
         Target and options of model builds; see `fmus.build_models`.
     connectors
-        Whether signals and inputs that change are connectors of the system: some tools need them to change inputs,
-        others (libcosim) refuse them.
+        Whether signals and inputs that change are connectors of the system. Some tools need these connectors to change
+        inputs, but others (libcosim) refuse them.
     integers
         Whether Enumerations are described as Integers, for hosts without them (libcosim, ecos).
 

@@ -27,9 +27,10 @@ SET, MAP = "application/x-ssp-parameter-set", "application/x-ssp-parameter-mappi
 
 @dataclass(frozen=True)
 class Setting:
-    """Values of a variable, or of the elements of an array, by its name in a system or component.
+    """Values of a variable, or of the elements of an array; `name` is its name in a system or component.
 
-    `law` is the linear transformation of a mapping, after the conversion of units, which `suppresses_units` disables.
+    `law` is the linear transformation of a mapping, which follows the conversion of units. `suppresses_units` disables
+    this conversion.
     """
 
     name: str
@@ -47,7 +48,7 @@ def read_bindings(element: Any, document: Document, resources: Path | None) -> I
     element, document
         The element, and the document that contains it.
     resources
-        Folder of the resources of its FMU, or of the document of its system, for sources inside it.
+        Folder for sources inside the element: the resources of its FMU, or the folder of the document of its system.
 
     Raises
     ------
@@ -77,7 +78,7 @@ def read_bindings(element: Any, document: Document, resources: Path | None) -> I
 def _content(
     element: Any, inline: str, kind: tuple[str, str], document: Document, resources: Path | None, owner: str
 ) -> Any:
-    """Return a parameter set or mapping: from its file, or in the element itself; None if there is neither."""
+    """Return a parameter set or mapping, from a file or from the element itself; None if neither contains one."""
     mime_type, schema = kind
     source = element.get("source")
     if element.get("type", mime_type) != mime_type:
@@ -108,7 +109,7 @@ def _mapped(settings: list[Setting], entries: Any, owner: str) -> Iterator[Setti
 
 
 def _translated(value: ParameterValue, entry: Any, what: str) -> ParameterValue:
-    """Return the value to which a mapping entry's table (Boolean, integer, Enumeration), if any, maps a value."""
+    """Return a value as translated by the table (Boolean, integer or Enumeration) of a mapping entry, if it has one."""
     for element in entry:
         kind = etree.QName(element).localname
         if kind not in TABLES:

@@ -16,7 +16,7 @@ EXPERIMENT, NOTES = "extra/amb-cosim/experiment.toml", "extra/amb-cosim/README.m
 
 
 def experiment_table(run: Described) -> bytes:
-    """Return the table `experiment` of a system file, times on the grid of the communication step, as TOML."""
+    """Return the table `experiment` of a system file as TOML, with times on the grid of the communication step."""
     plan, h = run.plan, run.plan.step_size
     table: dict[str, Any] = {
         "communication_step": h,

@@ -1,8 +1,8 @@
-"""The systems of an archive as a single system: components, connections, signals and values by the names of components.
+"""The systems of an archive as a single system: components, connections and signals, and values by component.
 
 A connector of the outermost system that feeds inputs is a signal. Its value takes precedence over the values of the
 connected inputs. If a variable has several values, the value of the outer system applies; if several sets of a system
-contain it, the last one applies.
+contain it, the last set applies.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ TIME = "time"  # name of the times of a record
 
 
 class FlatSystem:
-    """The content of an archive extracted to `folder`, for a `System`."""
+    """The content of an archive, extracted to `folder`, in the form that a `System` requires."""
 
     def __init__(self, root: Any, folder: Path, what: str) -> None:
         self.root, self.what = root, what
@@ -57,9 +57,10 @@ class FlatSystem:
         return [interface.internal_step for interface in self.interfaces.values()]
 
     def components(self) -> tuple[Component, ...]:
-        """Return components in the order of the document; their own step sizes come from annotations.
+        """Return components in the order of the document; step sizes of individual components come from annotations.
 
-        Components named in this package's annotation are in its order, because tools may write elements in any order.
+        Components that this package's annotation names are in the order of the annotation, because tools may write
+        elements in any order.
         """
         base = number_of(self.root, ".//osp:FixedStepAlgorithm", "baseStepSize")
         every: dict[str, int] = {}
@@ -72,7 +73,7 @@ class FlatSystem:
         return tuple(Component(name, str(self.files[name]), every[name]) for name in names)
 
     def remarks(self) -> tuple[str, ...]:
-        """Return notices on everything that does not run as the document states, after `values` was called."""
+        """Return notices on everything that does not run as the document states; call `values` first."""
         elements = self.hierarchy.components.items()
         exchanged = [name for name, (_, element, _) in elements if element.get("implementation") == "ModelExchange"]
         notices = [f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged]
@@ -96,7 +97,7 @@ class FlatSystem:
         return tuple(notices)
 
     def _contradictions(self) -> list[str]:
-        """Return connectors of components whose kind or type differs from the FMU's variable."""
+        """Return the connectors of components that differ in kind or type from the FMU's variables."""
         found = []
         for node, connector in self.hierarchy.connectors.items():
             port = self._port(node) if node.kind == "component" else None
@@ -111,12 +112,12 @@ class FlatSystem:
         return found
 
     def _port(self, node: Node) -> Port | TextVariable | None:
-        """Return the variable of a component's connector, or the first element of an array."""
+        """Return the variable of a component's connector, or its first element if it is an array."""
         interface = self.interfaces[node.place]
         return interface.texts.get(node.name) or next(iter(interface.elements(node.name)), None)
 
     def _connections(self) -> Iterator[Connection]:
-        """Return connections between variables of components."""
+        """Yield the connections between variables of components."""
         for source in self.nets.outputs:
             for route in self.nets.claim(source):
                 if self.nets.causality(route.node) == "output":
@@ -142,7 +143,7 @@ class FlatSystem:
         return self.hierarchy.connectors[node].kind in kinds and not self.nets.has_source(node)
 
     def signals(self, inputs: Mapping[str, Raw]) -> tuple[Signal, ...]:
-        """Return connectors of the system that feed inputs, and signals that this package's annotation names.
+        """Return signals: the system's connectors that feed inputs, and the signals in this package's annotation.
 
         A connector without a value does not become a signal if its inputs have different values.
         """
@@ -159,7 +160,7 @@ class FlatSystem:
         return tuple(signals)
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return the connectors of the outermost system that outputs of components reach, as outputs of the whole."""
+        """Return the outputs of the whole: the connectors of the outermost system that outputs of components reach."""
         return tuple(
             output
             for node, value in self.nets.delivered.items()
@@ -168,7 +169,7 @@ class FlatSystem:
         )
 
     def _delivered(self, name: str, route: Route) -> Iterator[Output]:
-        """Return the output of a connector, or of each element of an array; its source may be a signal."""
+        """Yield an output for a connector, or for each element of an array; the source of an output may be a signal."""
         node = route.source
         sources = self._ends(node, route.start_indices) if node.kind == "component" else {node.text: None}
         self._check_law(route, sources)
@@ -212,7 +213,7 @@ class FlatSystem:
         return Signal(name, tuple(fed), port, laws)
 
     def _start_unit(self, node: Node) -> Unit | None:
-        """Return the unit of a connector of the system: its own, or the unit of what it feeds, if unambiguous."""
+        """Return the unit of a connector of the system: its own unit, or else the unit of variables that it feeds."""
         declared = self.nets.unit(node)
         if declared is not None or node not in self.exposed:
             return declared
@@ -227,7 +228,7 @@ class FlatSystem:
         return first
 
     def values(self) -> tuple[dict[str, dict[str, Raw]], dict[str, Raw], tuple[str, ...]]:
-        """Return values of parameters by component and name, of inputs and signals by name, and unknown names."""
+        """Return parameters by component and name, values of inputs and signals by name, and unknown names."""
         unknown: dict[str, None] = {}
         settings: list[tuple[Node, Setting]] = []
         for path, element, document in self.hierarchy.bindings:  # values of outer systems take precedence
@@ -277,7 +278,7 @@ class FlatSystem:
                 self._inputs[name] = self._selected(values, place, setting.name)[0]
 
     def _read(self, node: Node, setting: Setting) -> tuple[list[Raw], Unit | None]:
-        """Return values in the unit of a connector, if it has one, and the unit that they then have."""
+        """Return values, converted to the unit of a connector if it has one, and the unit of the returned values."""
         target, numbers, unit_after = self._start_unit(node), [], None
         ports = self.interfaces[node.place].elements(node.name) if node.kind == "component" else ()
         declared = ports[0].units if ports else {}
@@ -319,7 +320,7 @@ class FlatSystem:
                 self._parameters[node.place][port.name] = value
 
     def _selected(self, values: Sequence[Raw], place: Sequence[int], name: str) -> Sequence[Raw]:
-        """Return the value of an element of an array with one dimension, or all values without indices."""
+        """Return the value of one element of a one-dimensional array or, if there are no indices, all values."""
         if not place:
             return values
         if len(place) > 1 or not 1 <= place[0] <= len(values):
@@ -337,7 +338,7 @@ class FlatSystem:
         return {f"{node.place}.{port.name}": port for port in ports} or {node.text: None}
 
     def _check_law(self, route: Route, ends: Mapping[str, Port | None]) -> None:
-        """Raise a ValueError unless all variables are Reals where a route transforms values."""
+        """Raise a ValueError if a route transforms values but not all variables are Reals."""
         for end, port in ends.items() if route.law != UNCHANGED else ():
             if port is not None and port.type != "Real":
                 raise ValueError(
@@ -347,7 +348,7 @@ class FlatSystem:
 
 
 def _depth(node: Node) -> float:
-    """Return how deep a connector is: values pass from outer systems to inner ones, and to components."""
+    """Return the depth of a connector; values pass from outer systems to inner systems and to components."""
     if node.kind == "component":
         return math.inf
     return node.place.count(".") + 1 if node.place else 0

@@ -1,7 +1,7 @@
 """The systems of an archive as a flat structure: components, connectors, links and parameter bindings.
 
-An element is called by its path from the outermost system, `axle.motor`. Systems can be nested in the document, be
-separate documents and archives within the archive, or refer to a system of a document by its id:
+An element is identified by its path from the outermost system, such as `axle.motor`. Systems can be nested in the
+document, be separate documents or archives within the archive, or refer to a system of a document by its id:
 
     axle.ssd    axle.ssd#id    axle.ssp    axle.ssp#other.ssd    #id
 
@@ -36,7 +36,7 @@ OUTERMOST = ("system", "")  # kind and place of the connectors of the outermost 
 
 
 class Node(NamedTuple):
-    """A connector of a component, of a system, or an entry of a signal dictionary; `place` is the path of its owner."""
+    """A connector of a component or a system, or an entry of a signal dictionary; `place` is the path of its owner."""
 
     kind: Kind
     place: str
@@ -57,9 +57,9 @@ class Connector(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A connection of two connectors, in any direction; indices refer to an element of an array.
+    """A connection of two connectors, in either direction; indices refer to an element of an array.
 
-    `place` is the path of the system whose connection it is.
+    `place` is the path of the system that contains the connection.
     """
 
     place: str
@@ -73,7 +73,7 @@ class Link(NamedTuple):
 
 @dataclass(frozen=True)
 class Document:
-    """A structure document, with the folder to which its sources are relative, in the folder of its archive."""
+    """A structure document, the folder to which its sources are relative, and the folder of its archive."""
 
     root: Any
     folder: Path
@@ -82,11 +82,11 @@ class Document:
 
     @property
     def units(self) -> Mapping[str, UnitDefinition]:
-        """Definitions of its units."""
+        """Definitions of the units in the document."""
         return unit_definitions(self.root, "ssd")
 
     def file(self, source: str, folder: Path | None = None) -> Path:
-        """Return the file of a relative URI, in the archive or in `folder`; tools of Windows may write backslashes."""
+        """Return the file of a relative URI, in the archive or in `folder`; tools on Windows may write backslashes."""
         base, limit = (self.folder, self.archive) if folder is None else (folder, folder)
         for text in (source, source.replace("\\", "/")):
             uri = urlsplit(text)
@@ -118,15 +118,15 @@ class Hierarchy:
     links
         All connections.
     bindings
-        Path, element and document of everything that can have parameter bindings, inner ones first: outer ones take
-        precedence.
+        Path, element and document of everything that can have parameter bindings. Inner elements come first, because
+        outer ones take precedence.
     bases
-        Folder of the document of each system in a separate document, by the system's path.
+        For each system in a separate document, by the system's path: the folder of this document.
 
     Raises
     ------
     ValueError
-        If it has an element that is not supported; the message begins with `what` and names it.
+        If the archive has an element that is not supported; the message begins with `what` and names the element.
     """
 
     def __init__(self, root: Any, folder: Path, what: str) -> None:
@@ -145,7 +145,7 @@ class Hierarchy:
                 raise ValueError(f"{what}: {inside} has no connector {node.name!r}; {suggest(node.name, others)}")
 
     def of_systems(self, outermost: bool) -> list[Node]:
-        """Return the connectors of the outermost system, or those of all others and entries of dictionaries."""
+        """Return the connectors of the outermost system, or those of all other systems and of dictionaries."""
         nodes = (node for node in self.connectors if node.kind != "component")
         return [node for node in nodes if (node[:2] == OUTERMOST) == outermost]
 
@@ -251,7 +251,7 @@ class Hierarchy:
         return Link(path, start, end, first, last, law_of(link), suppresses_units(link))
 
     def _end(self, link: Any, side: str, path: str, document: Document) -> Node:
-        """Return a connector of a connection in a system."""
+        """Return the connector at one side of a connection in a system."""
         elements, element, name = self._elements[path], link.get(f"{side}Element"), link.get(f"{side}Connector")
         if not element:
             return Node("system", path, name)
@@ -277,7 +277,7 @@ def _referenced(document: Document, source: str, is_package: bool) -> tuple[Docu
 
 
 def _unit(connector: Any, units: Mapping[str, UnitDefinition]) -> Unit | None:
-    """Return the unit of the type of a connector, if it states one."""
+    """Return the unit that the type of a connector states, if it states one."""
     return next((unit_of(kind.get("unit"), units) for kind in connector if kind.get("unit")), None)
 
 

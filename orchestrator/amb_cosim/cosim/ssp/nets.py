@@ -23,8 +23,8 @@ SUPPLIES = {"output": True, "calculatedParameter": True} | dict.fromkeys(
 class Route(NamedTuple):
     """The route of a value from a source to a connector, with the law that is applied along it.
 
-    `presumed` is the unit at the source that the law presumes, and `unit` the unit after it, or None if it has no unit.
-    Indices refer to an element of an array.
+    `presumed` is the unit that the law presumes at the source, and `unit` is the unit of the value at the connector;
+    each is None if there is no unit. Indices refer to an element of an array.
     """
 
     source: Node
@@ -62,7 +62,7 @@ class Nets:
     def _check_direction(self, link: Link) -> None:
         """Raise a ValueError unless one end of a connection can supply the value and the other can receive it.
 
-        Two components are checked with the whole system, by the variables of their FMUs.
+        Connections of two components are checked later, with the whole system, by the variables of their FMUs.
         """
         for end in (link.start, link.end):
             kinds = self._connectors[end].kind if end in self._connectors else "", self.causality(end)
@@ -79,13 +79,13 @@ class Nets:
             raise ValueError(f"{self.what}: a connection{system} joins {ends}; {problem}")
 
     def _supplies(self, node: Node, place: str) -> bool | None:
-        """Return whether a connector supplies the value of a connection of system `place`; None if it may do either."""
+        """Return whether a connector supplies the value of a connection in system `place`; None if it may do so."""
         supplies = SUPPLIES.get(self.causality(node))
         is_inside = (node.kind, node.place) == ("system", place)
         return not supplies if is_inside and supplies is not None else supplies
 
     def causality(self, node: Node) -> str:
-        """Return the causality of a connector: for a component, its FMU's; otherwise the document's."""
+        """Return the causality of a connector: for a component, from its FMU; otherwise, from the document."""
         if node.kind == "component":
             ports = self._interfaces[node.place].elements(node.name)
             if ports:
@@ -94,7 +94,7 @@ class Nets:
         return "" if declared is None else declared.kind
 
     def unit(self, node: Node) -> Unit | None:
-        """Return the unit of a connector, if it has one; for a variable of an FMU, the FMU's unit applies."""
+        """Return the unit of a connector, if any; a unit that an FMU states for its variable takes precedence."""
         declared = self._connectors.get(node)
         unit = None if declared is None else declared.unit
         if node.kind != "component":
@@ -111,11 +111,11 @@ class Nets:
         return [node for node in self._links_at if node.kind == "component" and self.causality(node) == "output"]
 
     def has_source(self, node: Node) -> bool:
-        """Return whether `claim` was called for something that feeds a connector."""
+        """Return whether `claim` has been called for a source that feeds a connector."""
         return node in self._arrival
 
     def claim(self, start: Node) -> list[Route]:
-        """Return the routes to everything that a source of a net reaches, and record at connectors how it arrives."""
+        """Return the routes to everything that a source reaches, and record how its value arrives at each connector."""
         return list(self._spread(start, self.unit(start), claims=True))
 
     def below(self, node: Node, unit: Unit | None) -> list[Route]:

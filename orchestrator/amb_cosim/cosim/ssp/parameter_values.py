@@ -54,12 +54,12 @@ def parameter_set(name: str, values: Mapping[str, float], ports: Mapping[str, Po
 
 
 def type_of(port: Port) -> str:
-    """Return the type of a variable as SSP calls it."""
+    """Return the SSP name of a variable's type."""
     return "Enumeration" if port.items else port.type
 
 
 def general_type(kind: str) -> str:
-    """Return the type of a variable whose type SSP calls `kind`: an Enumeration is an Integer, a Float64 a Real."""
+    """Return the type of a variable from its SSP type `kind`: an Enumeration is an Integer, and a Float64 is a Real."""
     return {**dict.fromkeys(FLOATS, "Real"), **dict.fromkeys((*INTEGERS, "Enumeration"), "Integer")}.get(kind, kind)
 
 
@@ -73,7 +73,7 @@ def text_of(value: float, port: Port) -> str:
 
 
 def add_enumerations(root: Any, prefix: str, ports: Mapping[str, Port]) -> None:
-    """Add the definitions of the Enumerations among ports, with their names in the mapping."""
+    """Add the definitions of the Enumerations among ports, under the names of the ports in the mapping."""
     enumerations = {name: port.items for name, port in ports.items() if port.items}
     group = etree.SubElement(root, tag(f"{prefix}:Enumerations")) if enumerations else None
     for name, items in enumerations.items():

@@ -1,11 +1,13 @@
 """Reads an SSP archive as a system and an experiment.
 
-All systems of the archive become one (`hierarchy`), with connections along the nets of connectors (`nets`), the values
-of parameter bindings (`bindings`), a signal for each connector of the outermost system that feeds inputs, an output for
-each connector that outputs reach, and the default experiment. The communication step and the order come from
-annotations (see `structure`), otherwise the step comes from the FMUs. Parameters that exist in no FMU are ignored, as
-SSP allows. Arrays of SSP 2.0 are supported: a connection of two arrays connects each element, row by row, and indices
-count from 1, as in FMI 3.0. Transformed values and converted units require the loop in Python.
+All systems of the archive become one system (`hierarchy`), with connections along the nets of connectors (`nets`) and
+the values of parameter bindings (`bindings`). Each connector of the outermost system that feeds inputs becomes a
+signal, and each that outputs reach becomes an output. The experiment comes from this package's extra file
+(`experiment_file`) or, without this file, from the default experiment. The communication step and the order of
+components come from annotations (see `structure`); without an annotation, the step comes from the FMUs. Parameters that
+exist in no FMU are ignored, as SSP allows. Arrays of SSP 2.0 are supported: a connection of two arrays connects each
+element, row by row, and indices count from 1, as in FMI 3.0. Transformations of values and conversions of units require
+the loop in Python.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ def load_ssp(
     path
         The archive.
     step_size, stop_time
-        Values (s) in place of the archive's.
+        Values (s) that replace the values in the archive.
 
     Raises
     ------
@@ -93,7 +95,7 @@ def _experiment(
 
 
 def _step(root: Any, fmu_steps: Iterable[float | None]) -> float | None:
-    """Return the communication step: the step of an annotation, or the shortest step of an FMU."""
+    """Return the communication step: the step in an annotation, or otherwise the shortest step of the FMUs."""
     for path, name in (
         (f".//{MASTER}", "stepSize"),
         (".//osp:FixedStepAlgorithm", "baseStepSize"),
@@ -106,7 +108,7 @@ def _step(root: Any, fmu_steps: Iterable[float | None]) -> float | None:
 
 
 def _coupling(root: Any, what: str) -> Coupling:
-    """Return the coupling from an annotation of this package or of libcosim, whose algorithm is Jacobi."""
+    """Return the coupling from an annotation of this package, or Jacobi for an annotation of libcosim."""
     master = root.find(f".//{MASTER}")
     if master is not None:
         allowed: tuple[Coupling, ...] = get_args(Coupling)

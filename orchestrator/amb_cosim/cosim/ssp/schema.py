@@ -41,7 +41,7 @@ ORDER = {
 
 
 def tag(name: str, namespaces: dict[str, str] | None = None) -> str:
-    """Return a qualified name, `ssd:System`, as the XML library writes it."""
+    """Return a qualified name, such as `ssd:System`, as the XML library writes it."""
     prefix, _, local = name.partition(":")
     return f"{{{(namespaces or NAMESPACES)[prefix]}}}{local}"
 
@@ -65,7 +65,7 @@ def parse(content: bytes, schema: str, what: str) -> Any:
     Raises
     ------
     ValueError
-        If it is not XML, or does not follow the schema; the message begins with `what` and contains the line.
+        If it is not XML, or does not follow the schema; the message begins with `what` and contains the line number.
     """
     parser = etree.XMLParser(resolve_entities="internal", no_network=True, remove_comments=True, remove_pis=True)
     try:
@@ -77,7 +77,7 @@ def parse(content: bytes, schema: str, what: str) -> Any:
 
 
 def check(root: Any, schema: str, what: str) -> None:
-    """Raise a ValueError, which begins with `what`, unless a document follows a schema of its version of SSP."""
+    """Raise a ValueError unless a document follows the schema of its SSP version; the message begins with `what`."""
     loaded, version = _schema(schema), root.get("version")
     checked = version_2.as_version_1(root) if version == version_2.VERSION else root
     if not loaded.validate(checked) and not loaded.validate(_tidied(checked)):
@@ -87,7 +87,7 @@ def check(root: Any, schema: str, what: str) -> None:
 
 
 def _tidied(root: Any) -> Any:
-    """Return a copy without groups that have no elements, and with groups in the order of the schema.
+    """Return a copy without empty groups, in which the other groups are in the order of the schema.
 
     Some tools write empty groups, or use another order, neither of which changes the meaning.
     """

@@ -1,8 +1,8 @@
 """The system structure (.ssd) of a prepared run: components, connections, parameter bindings, default experiment.
 
-Only connected connectors are listed: FMPy sets every listed input in every step, to zero if nothing feeds it. The
-system declares connectors only if requested, because libcosim refuses them. SSP defines no step sizes and no order of
-components; these are in annotations, one per tool:
+Only connected connectors are listed, because FMPy sets every listed input in every step, to zero if nothing feeds it.
+The system declares connectors only if requested, because libcosim refuses them. SSP defines neither step sizes nor an
+order of components, so these are in annotations, one per tool:
 
     com.opensimulationplatform    libcosim: base step, and the step of each component that has a longer one
     org.openmodelica              OMSimulator: fixed-step master; it refuses components with annotations
@@ -40,7 +40,7 @@ class Described:
     plan, interfaces
         The run, and the interface of each component.
     sources, bindings
-        Paths of FMU and parameter set of each component in the archive.
+        For each component, the paths of its FMU and of its parameter set in the archive.
     generator
         Name and version of this package.
     connectors
@@ -70,7 +70,7 @@ class Described:
         return self.interfaces[component].ports[variable]
 
     def links(self) -> list[tuple[str | None, str, str, str]]:
-        """Return connections as start element and connector, end element and connector; the system itself is None."""
+        """Return connections as their start element and connector, end element and connector; None is the system."""
         system = self.plan.system
         links: list[tuple[str | None, str, str, str]] = [
             (*system.split(link.source), *system.split(link.target)) for link in system.connections

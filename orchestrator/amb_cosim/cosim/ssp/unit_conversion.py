@@ -1,7 +1,7 @@
 """Conversion of values between units, and linear transformations, in connections and parameter mappings.
 
-A law is a pair (f, o): the target is f source + o. A unit is defined by base units if the document or the FMU contains
-a definition, b = factor v + offset; other units are looked up by their names.
+A law is a pair (f, o): the target is f source + o. A unit is defined by its base units, b = factor v + offset, if the
+document or the FMU contains a definition. Other units are looked up by their names.
 """
 
 from __future__ import annotations
@@ -41,9 +41,10 @@ def unit_definitions(root: Any, prefix: str) -> dict[str, UnitDefinition]:
 
 
 def unit_of(name: str | None, *definitions: Mapping[str, UnitDefinition]) -> Unit | None:
-    """Return a unit with the first definition of its name; None if it has no name, or for the name `-`.
+    """Return a unit with the first definition of its name; None if the name is empty or `-`.
 
-    A name in brackets, `[m]`, without a definition means the unit in the brackets, as tools for requirements write it.
+    A name in brackets without a definition, such as `[m]`, means the unit in the brackets; tools for requirements write
+    units in this way.
     """
     if not name or name == "-":
         return None

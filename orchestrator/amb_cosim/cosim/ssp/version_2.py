@@ -1,7 +1,7 @@
-"""Additions of SSP 2.0 to SSP 1.0: arrays, the number types of FMI 3.0, meta data and signatures.
+"""Additions of SSP 2.0 to SSP 1.0: arrays, the number types of FMI 3.0, metadata and signatures.
 
-Both versions use the same namespaces, and a document of 2.0 without these additions follows the schema of 1.0, which
-FMPy contains; no schema of 2.0 is available.
+No schema of 2.0 is available. However, both versions use the same namespaces, and a document of 2.0 without these
+additions follows the schema of 1.0, which FMPy contains.
 
 Modelica Association, System Structure and Parameterization, version 2.0, 2024, sections 4.5.6, 5.3 and 6.2.
 """
@@ -22,7 +22,7 @@ ADDED_KINDS = ("structuralParameter", "constant", "local", "unspecified")
 
 
 def as_version_1(root: Any) -> Any:
-    """Return a copy of a document without additions of 2.0: arrays become their first elements, numbers Reals."""
+    """Return a copy of a document without additions of 2.0: arrays become first elements, and numbers become Reals."""
     copied = deepcopy(root)
     copied.set("version", "1.0")
     for element in [element for element in copied.iter("{*}*") if element.tag.startswith("{http://ssp-standard.org/")]:

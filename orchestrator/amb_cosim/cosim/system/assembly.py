@@ -26,7 +26,7 @@ from amb_files.checks import errors_in
 class Assembly:
     """A system with the FMUs of its components, checked against their interfaces.
 
-    `options` are the options with which its models were made, see `model_source`.
+    `options` are the options with which its models were made; see `model_source`.
     """
 
     system: System
@@ -47,9 +47,9 @@ class Assembly:
 
     @cached_property
     def sources(self) -> dict[str, tuple[str, Any]]:
-        """Name and content, as JSON data, of everything that the FMUs are made from, by kind: `rotor`, `FMU of motor`.
+        """Name and content (JSON data) of everything that the FMUs are made from, by kind, such as `FMU of motor`.
 
-        The digest represents the content of a file other than TOML.
+        A digest represents the content of a file other than TOML.
         """
         result = {}
         for c in self.system.components:
@@ -100,7 +100,7 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
     flavour
         Flavour of the models to build; FMU files are used unchanged.
     options
-        Options of models, see `model_source`.
+        Options of models; see `model_source`.
 
     Raises
     ------

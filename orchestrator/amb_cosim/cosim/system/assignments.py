@@ -14,10 +14,10 @@ from amb_files.wildcards import is_pattern, matching_names
 
 
 class Assignments:
-    """Values of parameters and other start values, and initial values of inputs, of a system.
+    """Values that a user sets in a system: parameters, other start values, and initial values of inputs.
 
-    A variable is called `component.variable`, a shared signal by its name or by one of the inputs that it feeds. In the
-    name of a variable, `*` matches any characters and `?` any one character.
+    A variable is identified by `component.variable`, and a shared signal by its name or by one of the inputs that it
+    feeds. In the name of a variable, `*` matches any characters and `?` matches one character.
 
     Attributes
     ----------
@@ -56,17 +56,17 @@ class Assignments:
     def set(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
         """Set every variable that `name` matches, and return their names.
 
-        If nothing has the name `a=b`, a text `c` is the value `b=c` of `a`.
+        If nothing has the name `a=b`, setting it to the text `c` sets `a` to the text `b=c`.
 
         Parameters
         ----------
         only
-            The causality it must have, `parameter` or `input`; either by default.
+            The causality that the variable must have, `parameter` or `input`; by default, both are allowed.
 
         Raises
         ------
         ValueError
-            If nothing has this name or may be set here, or the value is not allowed.
+            If nothing has this name, if the variable cannot be set here, or if the value is not allowed.
         """
         name, raw = self._divided(name, raw)
         names = self.matching(name)
@@ -102,8 +102,8 @@ class Assignments:
         Raises
         ------
         ValueError
-            As for `set`; also for a nonzero value if a replacing component lacks the input: a load or fault without
-            effect would look harmless.
+            As for `set`; also for a nonzero value if a replacing component lacks the input, because a load or fault
+            without effect would look harmless.
         """
         if self.lacks(name, "input") and not is_zero(raw):
             value = str(raw).lower() if isinstance(raw, bool) else raw
@@ -114,7 +114,7 @@ class Assignments:
         self.set_or_drop(name, raw, only="input")
 
     def drops(self, name: str, only: str | None = None) -> bool:
-        """Return whether the FMU `lacks` the variables that a name matches; the name is then in `dropped`."""
+        """Return whether the FMU `lacks` the variables that a name matches; if so, add the name to `dropped`."""
         dropped = self.lacks(name, only)
         if dropped and name not in self.dropped:
             self.dropped.append(name)
@@ -132,7 +132,7 @@ class Assignments:
         return not matching_names(names, pattern)
 
     def missing(self, name: str) -> str:
-        """Return the variables that the FMU of a component lacks, and similar names that it has."""
+        """Return a phrase that names variables that a component's FMU lacks, and similar names that it has."""
         component, pattern = self.system.divide(name)
         file = fmu_name(self.system.component(component).fmu)
         return f"{component} ({file}) has no {pattern}, {suggest(pattern, self._settable_names(component))}"
@@ -149,12 +149,12 @@ class Assignments:
         return [port.name for port in interface.of("output")] + texts
 
     def set_defaults_of_signals(self) -> None:
-        """Set signals without a value to the start value of an input that they feed."""
+        """Set each signal without a value to the start value of an input that it feeds."""
         for signal in self.system.signals:
             self.inputs.setdefault(signal.name, self.start_value(signal.name))
 
     def matching(self, name: str) -> list[str]:
-        """Return the settable variables that a name with `*` or `?` matches; any other name unchanged."""
+        """Return the settable variables that a name with `*` or `?` matches; return any other name unchanged."""
         if not is_pattern(name) or self._is_name(name):
             return [name]
         component, pattern = self._split(name)
@@ -165,7 +165,7 @@ class Assignments:
         return [f"{component}.{variable}" for variable in matching]
 
     def read(self, name: str, raw: Raw, only: str | None = None) -> tuple[str, float]:
-        """Return the name under which a value is stored (the signal's, if one feeds the input) and the number."""
+        """Return the name under which a value is stored (a signal's name if one feeds the input), and the number."""
         signal = self.system.signal(name) or self.system.signal_of(name)
         value = 0.0
         if signal is not None and signal.port is not None:
@@ -176,14 +176,14 @@ class Assignments:
         return (signal.name if signal is not None else name), value
 
     def read_change(self, name: str, raw: Raw) -> tuple[str, float]:
-        """Read a value for a change during the run, of an input or a tunable parameter; see `read`."""
+        """Read a value to which an input or a tunable parameter changes during the run; see `read`."""
         component, variable = self.system.divide(name)
         port = self.interfaces[component].ports.get(variable) if component in self.interfaces else None
         is_tunable = port is not None and port.causality == "parameter" and port.variability == "tunable"
         return self.read(name, raw, "parameter" if is_tunable else "input")
 
     def port(self, name: str) -> Port:
-        """Return the variable with a name; for a shared signal, an input that it feeds."""
+        """Return the variable with a name; for a shared signal, its port or an input that it feeds."""
         signal = self.system.signal(name)
         if signal is not None and signal.port is not None:
             return signal.port
@@ -191,7 +191,7 @@ class Assignments:
         return self.interfaces[component].port(variable, component)
 
     def start_value(self, name: str) -> float:
-        """Return the start value of an input or a signal, or the value of a parameter as set."""
+        """Return the start value of an input or a signal, or the present value of a parameter."""
         port = self.port(name)
         return self.parameter(name) if port.set_as == "parameter" else port.start or 0.0
 
@@ -202,7 +202,7 @@ class Assignments:
         return self.parameters[component].get(variable, start)
 
     def _divided(self, name: str, raw: Raw) -> tuple[str, Raw]:
-        """Return the longest name that exists and ends before a `=` of `name=raw`, and the rest as its value."""
+        """Split `name=raw` at the `=` after the longest existing name; return this name, and the rest as its value."""
         if "=" not in name or not isinstance(raw, str) or self._is_name(name):
             return name, raw
         parts = f"{name}={raw}".split("=")
@@ -213,13 +213,13 @@ class Assignments:
         return name.strip(), raw.strip()
 
     def _exists(self, name: str) -> bool:
-        """Return whether a signal or a variable has this name, or the pattern matches one that can be set."""
+        """Return whether a signal or a variable has this name, or this pattern matches a variable that can be set."""
         component, pattern = self.system.divide(name)
         is_matched = component in self.interfaces and bool(matching_names(self._settable_names(component), pattern))
         return self._is_name(name) or (is_pattern(name) and is_matched)
 
     def _is_name(self, name: str) -> bool:
-        """Return whether a signal or a variable has this name, which may have brackets, as `x[State.on]`."""
+        """Return whether a signal or a variable has this name, which may contain brackets, as in `x[State.on]`."""
         component, variable = self.system.divide(name)
         interface = self.interfaces.get(component)
         is_variable = interface is not None and (variable in interface.ports or variable in interface.texts)
@@ -245,7 +245,7 @@ class Assignments:
         return port
 
     def _read_converted(self, name: str, raw: Raw, signal: Signal, port: Port) -> float:
-        """Return the value of a signal that has a unit, from a value of the signal or of an input that it feeds."""
+        """Return the value of a signal that has a port, from a value of the signal or of an input that it feeds."""
         value = convert(raw, port if name == signal.name else self.port(name), name)
         if name != signal.name:
             factor, offset = signal.laws.get(name, UNCHANGED)

@@ -1,4 +1,4 @@
-"""Differences of two pieces of JSON data, in words."""
+"""Differences between two pieces of JSON data, in words."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ LONGEST = 160  # characters of a value
 
 
 def list_differences(stored: Any, now: Any) -> str:
-    """Return a line per difference of two pieces of JSON data, with both values."""
+    """Return a line for each difference between two pieces of JSON data, with both values."""
     lines = [f"  {at}: {_short(old)} then, {_short(new)} now" for at, old, new in _differences(stored, now)]
     return "\n".join(lines[:MOST])
 
 
 def described(source: Any) -> tuple[str, Any]:
-    """Return name and content of a file or a dataclass as JSON data; for a file other than TOML, its digest."""
+    """Return the name and the content (JSON data) of a file or a dataclass; for a file other than TOML, its digest."""
     if not isinstance(source, str | Path):
         content = json.dumps(asdict(source), default=_as_data)
         return f"{type(source).__name__} of Python", json.loads(content)
@@ -44,9 +44,9 @@ def _as_data(value: Any) -> Any:
 
 
 def list_other_sources(stored: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """Return lines on the files and objects (`described`, by kind) that differ, with the differences of their content.
+    """Return lines on the files and objects (`described`, by kind) that differ, and on how their content differs.
 
-    Kinds that exist in only one of the two are not listed.
+    Kinds that only one of the two mappings contains are not listed.
     """
     lines = []
     for kind in stored.keys() & now.keys():
@@ -59,7 +59,7 @@ def list_other_sources(stored: Mapping[str, Any], now: Mapping[str, Any]) -> str
 
 
 def _differences(stored: Any, now: Any, where: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Yield the place of each difference of two pieces of JSON data, and both values."""
+    """Yield the path and both values of each difference between two pieces of JSON data."""
     if isinstance(stored, Mapping) and isinstance(now, Mapping):
         for key in {**stored, **now}:
             yield from _differences(stored.get(key), now.get(key), f"{where}.{key}".lstrip("."))

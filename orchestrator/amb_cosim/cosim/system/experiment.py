@@ -34,7 +34,7 @@ class InputChange:
 
 @dataclass(frozen=True)
 class Profile:
-    """An input that is linear between points (time in s, value), constant outside; `slope` receives its slope, in 1/s.
+    """An input that is linear between points (time in s, value) and constant outside; `slope` receives its slope (1/s).
 
     If no point is at or before communication point 0, the input's initial value applies there. Values are in `unit`, if
     a unit is stated; they are then averaged over each step if they are closer together than steps.
@@ -48,7 +48,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A run of a system, times in s.
+    """A run of a system, with times in s.
 
     Parameters
     ----------
@@ -57,7 +57,8 @@ class Experiment:
     stop_time
         End of the run.
     start_time, settles
-        Beginning. If the system settles, it is 0 or earlier, and the run proper begins at time 0.
+        Beginning of the run, and whether the system settles. If it settles, the beginning is 0 or earlier, and the run
+        proper begins at time 0.
     inputs
         Initial values of inputs, by name.
     events, profiles
@@ -65,27 +66,28 @@ class Experiment:
     stops
         Conditions that end the run early.
     recorded
-        Patterns of the recorded variables; `*` is everything that the system does not exclude.
+        Patterns of the recorded variables; `*` means everything that the system does not exclude.
     essential
         Patterns of variables that are always recorded.
     record_every, record_settling
         Steps between records, and whether to record before time 0.
     each
-        How variables with these patterns summarise a step; a decimated record contains them at every step, or in long
-        runs for several steps together (`step_rows`).
+        For patterns of variables, how these variables summarise a step. A decimated record contains them at every step
+        or, in long runs, for several steps together (`step_rows`).
     settling
         Whether the motion before time 0 is simulated, solved for (`settling`), or solved for if possible.
     period
-        Duration of a cycle, in which times may be stated; 0 without cycles. A motion that is solved for is simulated
-        over the last cycle before time 0, which fills windows over the past.
+        Duration of a cycle, in which times may be stated; 0 if there are no cycles. If the settled motion is solved
+        for, the last cycle before time 0 is still simulated, in order to fill windows over the past.
     marks
         Times by label.
     unsolvable
-        Reason why it cannot be solved for, if known.
+        Reason why the settled motion cannot be solved for, if known.
     notices, warnings
-        Sentences for the plan: on roundings; on parameters without effect or in conflict, and approximations.
+        Sentences for the plan: notices on roundings, and warnings on approximations and on parameters that are without
+        effect or in conflict.
     coupling
-        Order of the components' steps, in place of the system's.
+        Order of the components' steps, which replaces the order of the system.
     source
         Name of its file for messages, such as `system pair`.
     """
@@ -129,12 +131,13 @@ class Plan:
     The last point is at `stop_time` unless that is None. `assembly` contains the FMUs; `system` is its system with the
     rates and the coupling of the run.
 
-    `parameters` are the parameters of components, `texts` values of their String and Binary variables, `inputs` the
-    initial values of signals and scheduled inputs by name, `events` their changes as (point, name, value). Quantities
-    of `stops` are recorded. `notices` report the variables that replacing components lack, `partial_events` the events
-    that are therefore incomplete, `warnings` parameters without effect or in conflict, and approximations. The motion
-    before point 0 is simulated from point `first`, or solved for and simulated for `turn` steps, with the same angle.
-    `period` is the duration of a cycle (s), 0 without cycles; `marks` are points by label.
+    `parameters` are the parameters of components, and `texts` are the values of their String and Binary variables.
+    `inputs` are the initial values of signals and scheduled inputs by name, and `events` are changes of these inputs as
+    (point, name, value). Quantities of `stops` are recorded. `notices` report the variables that replacing components
+    lack, and `partial_events` report the events that are therefore incomplete. `warnings` report approximations, and
+    parameters that are without effect or in conflict. The motion before point 0 is simulated from point `first`, or it
+    is solved for and then simulated for `turn` steps; the angle at point 0 is the same. `period` is the duration of a
+    cycle (s), or 0 if there are no cycles; `marks` are points by label.
     """
 
     assembly: Assembly
@@ -207,14 +210,14 @@ class Plan:
         return {c: interface.start_parameters | {**self.parameters[c]} for c, interface in self.interfaces.items()}
 
     def all_texts(self) -> dict[str, dict[str, str]]:
-        """Return the set String variables of every component, and Binary variables as hexadecimal digits."""
+        """Return the String and Binary values that were set, by component; Binary values are hexadecimal digits."""
         return {
             component: {name: value if isinstance(value, str) else value.hex() for name, value in values.items()}
             for component, values in self.texts.items()
         }
 
     def start_values(self) -> dict[str, dict[str, float]]:
-        """Return parameters and initial inputs by component; a shared signal's at each input that it feeds."""
+        """Return parameters and initial inputs by component; inputs that a shared signal feeds have its value."""
         values = {c.name: dict(self.parameters[c.name]) for c in self.system.components}
         for signal, value in self.inputs.items():
             shared = self.system.signal(signal)
@@ -224,7 +227,7 @@ class Plan:
         return values
 
     def port(self, name: str) -> tuple[str, Port]:
-        """Return component and variable of a recorded name; for a shared signal, its own or those of an input."""
+        """Return the component and variable of a recorded name; for a shared signal, its port or an input it feeds."""
         component, variable = self.system.split(self.system.first_end(name))
         shared = self.system.signal(name)
         port = None if shared is None else shared.port

@@ -1,4 +1,4 @@
-"""Names with `*` and `?` in a system, expanded by the interfaces of its components."""
+"""Names with `*` and `?` in a system, expanded with the interfaces of its components."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from amb_files.wildcards import is_pattern, matches, matching_names
 def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
     """Return the system with its patterns replaced by the names that they match in these interfaces.
 
-    A connection whose two ends have the same pattern connects every output of one component with the input of the same
-    name of the other, if both match and nothing else feeds that input. The pattern of the inputs may have an additional
-    ending, without `*` and `?`, with which their names must end. The name of a variable with such a character, `open?`,
-    is not a pattern.
+    A connection whose two ends have the same pattern connects every output of one component with the input of the other
+    component that has the same name, if both match and nothing else feeds the input. The pattern of the inputs may have
+    an additional ending, without `*` and `?`, with which their names must end. The name of a variable that contains
+    such a character, for example `open?`, is not a pattern.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInte
 
 
 def _has(interface: FmuInterface | None, name: str) -> bool:
-    """Return whether a name is not a pattern, or a pattern that matches a variable."""
+    """Return whether a name is not a pattern, or is a pattern that matches a variable."""
     return interface is None or not is_pattern(name) or bool(matching_names(interface.ports, name))
 
 

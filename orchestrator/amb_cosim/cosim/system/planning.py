@@ -38,8 +38,8 @@ def experiment_plan(
     settings
         Values by `component.variable`, or by a signal's name, that replace those of the experiment.
     values
-        Parameters and initial values of inputs, by default those of the system; those of the experiment, and inputs
-        that change later, are added.
+        Parameters and initial values of inputs; by default, the values of the system. The values of the experiment, and
+        inputs that change later, are added.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def _planned(experiment: Experiment, assembly: Assembly, values: Assignments) ->
 
 
 def _beginning(experiment: Experiment, common: int) -> tuple[float, int]:
-    """Return the time of communication point 0 (s), and the first point, a multiple of `common`."""
+    """Return the time of communication point 0 (s), and the first point, which is a multiple of `common`."""
     start = experiment.start_time
     nearest_point("start_time", start, experiment.step_size)
     periods = in_steps(start, common * experiment.step_size)
@@ -129,7 +129,7 @@ def _end(experiment: Experiment, origin: float, system: System, values: Assignme
     Raises
     ------
     ValueError
-        If the run would end before it begins, or a component that steps at every point takes no shorter step.
+        If the run would end before it begins, or a component that steps at every point cannot take a shorter step.
     """
     h, stop = experiment.step_size, experiment.stop_time
     earliest = 0.0 if experiment.settles else experiment.start_time
@@ -150,7 +150,7 @@ def _end(experiment: Experiment, origin: float, system: System, values: Assignme
 
 
 def _settling(experiment: Experiment, common: int) -> tuple[Settling, list[str]]:
-    """Return how a run settles, and a notice if not as requested; all components step together every `common` steps.
+    """Return how a run settles, with a notice if not as requested; all components step together every `common` steps.
 
     Raises
     ------
@@ -172,19 +172,19 @@ def _settling(experiment: Experiment, common: int) -> tuple[Settling, list[str]]
 
 
 def cannot_settle(reason: str) -> str:
-    """Return the error message of a run that must solve for its settled motion but cannot."""
+    """Return the error message for a run that must solve for its settled motion but cannot."""
     return f"settling = 'solved' is not allowed here: {reason}; settling = 'simulated' is"
 
 
 def simulated_settling_notice(reason: str) -> str:
-    """Return the notice of a run whose settling is simulated instead of solved for."""
+    """Return the notice for a run whose settling is simulated instead of solved for."""
     return f"the motion before cycle 0 was simulated: {reason}"
 
 
 def _without_lacking(
     changes: Sequence[InputChange], values: Assignments
 ) -> tuple[list[InputChange], tuple[tuple[float, str], ...]]:
-    """Return the changes of existing variables, and time (s) and a sentence for each incomplete event.
+    """Return the changes of existing variables, and the time (s) and a sentence for each incomplete event.
 
     Raises
     ------
@@ -230,7 +230,7 @@ def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int)
 
 
 def _sampled(profile: Profile, values: Assignments, grid: TimeGrid) -> tuple[tuple[int, float], ...]:
-    """Return the points of a profile with a unit or, if they are closer than steps, its means over the steps."""
+    """Return the points of a profile that has a unit or, if they are closer than steps, its means over the steps."""
     times, numbers = np.array(profile.points, dtype=np.float64).T
     zero, one = (values.read(profile.variable, f"{number} {profile.unit}".strip(), "input")[1] for number in (0, 1))
     numbers = zero + (one - zero) * numbers
@@ -248,9 +248,9 @@ def _sampled(profile: Profile, values: Assignments, grid: TimeGrid) -> tuple[tup
 
 
 def _sample_time(component: Component, values: Assignments) -> float | None:
-    """Return the parameter `sample_time` of a component, if it has a value above 0, as a Real in s or without a unit.
+    """Return a component's parameter `sample_time` if it is a Real, in s or without a unit, with a value above 0.
 
-    A parameter of that name in other FMUs can be something else; 0 and -1 often mean continuous and inherited.
+    In other FMUs, a parameter of this name can mean something else: 0 and -1 often stand for continuous and inherited.
     """
     port = values.interfaces[component.name].ports.get("sample_time")
     if port is None or (port.causality, port.type) != ("parameter", "Real") or port.unit not in (None, "", "s"):
@@ -260,7 +260,7 @@ def _sample_time(component: Component, values: Assignments) -> float | None:
 
 
 def _with_rate(component: Component, values: Assignments, h: float) -> Component:
-    """Return a component that steps at its sample time; an FMU that takes any step makes every step."""
+    """Return a component that steps at its sample time, or at its own rate if its FMU takes any step."""
     sample_time, name = _sample_time(component, values), f"{component.name}.sample_time"
     if sample_time is None:
         return component
@@ -289,7 +289,7 @@ def _uneven_samples(components: Sequence[Component], values: Assignments, h: flo
 
 
 def _start_grid(component: Component, values: Assignments, h: float) -> int:
-    """Return the number of steps between possible start points at which a component also samples at time 0."""
+    """Return the number of steps between the start points from which a component also samples at time 0."""
     sample_time = _sample_time(component, values)
     samples = nearest_point(f"{component.name}.sample_time", sample_time, h) if sample_time is not None else 1
     fits = sample_time is not None and is_on_grid(samples, sample_time, h)

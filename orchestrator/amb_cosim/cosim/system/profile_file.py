@@ -4,7 +4,7 @@
     0,         0.00,                          0.00
     5,         0.12,                         -0.03
 
-The first column is the time; each other column is an input by its name, with its unit. Between the rows an input is
+The first column is the time; each other column is an input, with its name and its unit. Between rows, an input is
 linear. Rows closer than communication steps are averaged over each step, so that no impulse is lost.
 """
 
@@ -23,13 +23,13 @@ from array_types import Array
 
 
 def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
-    """Return the inputs in a file, whose time 0 is at `begin` (s).
+    """Return the inputs in a file; its time 0 corresponds to `begin` (s).
 
     Raises
     ------
     ValueError
-        If it cannot be read or has no inputs, if the times in its first column do not ascend, or if a value is not a
-        number.
+        If the file cannot be read or has no inputs, if the times in the first column do not ascend, or if a value is
+        not a number.
     """
     path = Path(file).resolve()
     return tuple(
@@ -39,7 +39,7 @@ def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
 
 
 def _version_of(path: Path) -> tuple[int, int] | None:
-    """Return time (ns) and size of a file, which change with its content; None if it cannot be read."""
+    """Return the time (ns) and the size of a file, which change with its content; None if the file cannot be read."""
     try:
         status = path.stat()
     except OSError:
@@ -67,7 +67,7 @@ def _columns(path: Path, what: str, _version: object) -> tuple[tuple[str, str, A
 
 
 def _parted(heading: str) -> tuple[str, str]:
-    """Return name and unit of a heading; the unit is empty if it is not stated."""
+    """Return the name and the unit in a heading; the unit is empty if none is stated."""
     begin = max(heading.rfind("("), heading.rfind("["))
     if begin < 0 or heading[-1] not in ")]":
         return heading, ""

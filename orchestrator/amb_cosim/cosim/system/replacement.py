@@ -28,7 +28,7 @@ def fitted(
     system, interfaces
         The system and the interface of each component, as read.
     interface_of
-        Returns the interface of a component that was replaced.
+        Function that returns the interface of a component that was replaced.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def without_lacking(system: System, interfaces: Interfaces) -> System:
 
 
 def missing_ports(system: System, interfaces: Interfaces, before: System) -> list[str]:
-    """Return a line for each replaced component that lacks ports which the others need.
+    """Return a line for each replaced component that lacks ports that other components need.
 
     Parameters
     ----------

@@ -17,13 +17,13 @@ class SignalMap:
     names
         Name of each position of `values`.
     n_exogenous
-        Number of positions, from the first, with exogenous inputs.
+        Number of exogenous inputs, which have the first positions.
     sources
         For each component, the positions from which its inputs are gathered.
     depends_on
         For each position, the positions that reach it without delay.
     weights
-        For each component, the weight of the value at the end of a step for each input; see `iteration`.
+        For each component and each of its inputs, the weight of the value at the end of a step; see `iteration`.
     inputs, outputs
         Names of the exchanged inputs and outputs of each component.
     """

@@ -79,8 +79,8 @@ class Stopped(Exception):
 class StopObserver:
     """An observer that raises `Stopped` at the first point at which a condition is met.
 
-    `positions` are the conditions' signals in the value array. The compiled loop does the same with the arrays
-    `conditions`.
+    `positions` are the positions of the conditions' signals in the value array. The compiled loop does the same with
+    the arrays `conditions`.
     """
 
     def __init__(self, conditions: Sequence[Condition] = (), positions: Sequence[int] = ()) -> None:

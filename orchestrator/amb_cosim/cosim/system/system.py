@@ -20,8 +20,9 @@ UNCHANGED = (1.0, 0.0)  # factor and offset of a value that is passed on as it i
 class Component:
     """An instance of an FMU: its name, its model or FMU file, its rate, and mandatory inputs.
 
-    `every` is the number of communication steps that one step of it spans; a component with a parameter `sample_time`
-    steps at that rate instead, unless its FMU takes any step. `replaces` is the replaced FMU; see `replacement`.
+    `every` is the number of communication steps that one step of the component spans; a component with a parameter
+    `sample_time` steps at that rate instead, unless its FMU takes any step. `replaces` is the replaced FMU; see
+    `replacement`.
     """
 
     name: str
@@ -36,8 +37,8 @@ class Connection:
     """A connection of an output to an input of another component; both ends are `component.variable`.
 
     `option` names a group of connections that may be omitted together. An `inherited` connection was made for a
-    replaced FMU. A pattern excludes the inputs in `but`, which may be patterns. The input is factor times the output
-    plus offset; with `converts_units` these also convert the unit, and the units of the ends may differ.
+    replaced FMU. A pattern excludes the inputs in `but`, which may be patterns. The input is `factor` times the output
+    plus `offset`. If `converts_units` is set, these numbers also convert the unit, so the units of the ends may differ.
     """
 
     source: str
@@ -51,7 +52,7 @@ class Connection:
 
     @property
     def text(self) -> str:
-        """Value of the input."""
+        """Expression for the value of the input."""
         is_same = (self.factor, self.offset) == UNCHANGED
         return self.source if is_same else f"{self.factor!r} {self.source} + {self.offset!r}"
 
@@ -64,8 +65,8 @@ class Connection:
 class Signal:
     """An exogenous signal that feeds several inputs at once.
 
-    If it has a separate `port`, its value has the unit and type of the port, and `laws` are factor and offset of the
-    inputs that are not equal to it. Without a port, its value is the value of its inputs.
+    If it has a separate `port`, its value has the unit and type of the port, and `laws` are the factor and offset of
+    each input that is not equal to this value. Without a port, its value is the value of its inputs.
     """
 
     name: str
@@ -95,13 +96,13 @@ class Output:
 
 @dataclass(frozen=True)
 class System:
-    """Components in Gauss-Seidel order, their connections, shared signals, parameters, and outputs of the whole.
+    """Components in Gauss-Seidel order, their connections, shared signals, parameters, and outputs of the system.
 
-    `*` and `?` in names of connected variables, mandatory inputs and parameters match variables of the components, see
-    `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a run
-    records only if it names them, `stated` the parameters by component that its file, or a base that is not packaged,
-    sets itself, `unknown` names with values in the file that no component has, and `remarks` other notices about the
-    file. `check` compares it with the components' interfaces.
+    `*` and `?` in names of connected variables, mandatory inputs and parameters match variables of the components (see
+    `patterns.expand`); a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a run
+    records only if it names them. `stated` are the parameters, by component, that the system's file sets itself, or a
+    base that is not packaged. `unknown` are names with values in the file that no component has, and `remarks` are
+    other notices about the file. `check` compares the system with the components' interfaces.
 
     Examples
     --------
@@ -138,7 +139,7 @@ class System:
         return {component.name: component for component in self.components}
 
     def with_fmu(self, name: str, fmu: FmuSource) -> System:
-        """Return the system with another model or FMU file for a component, or an object that stands for it."""
+        """Return the system with another FMU for a component: a model, an FMU file, or an object in place of one."""
         old = self.component(name)
         if fmu == old.fmu:
             return self
@@ -162,10 +163,10 @@ class System:
         return self.component(component).name, variable
 
     def divide(self, end: str) -> tuple[str, str]:
-        """Return component and variable of a name, without a check.
+        """Split a name into component and variable, without a check.
 
-        The name of a component of a nested system, `axle.motor`, contains dots. A name that begins with no component's
-        name is divided at its first dot.
+        A component of a nested system has a name with dots, such as `axle.motor`. A name that begins with no
+        component's name is divided at its first dot.
         """
         component, _, variable = end.partition(".")
         if component in self._by_name:
@@ -199,7 +200,7 @@ class System:
 
     @property
     def transformed(self) -> dict[str, tuple[float, float]]:
-        """Factor and offset of the inputs whose connection transforms the value."""
+        """Factor and offset of each input whose connection transforms the value."""
         laws = {link.target: (link.factor, link.offset) for link in self.connections}
         for signal in self.signals:
             laws |= signal.laws
@@ -248,7 +249,7 @@ class System:
 
     @cached_property
     def links(self) -> frozenset[tuple[str, str]]:
-        """The sending and the receiving component of all connections."""
+        """The sending and the receiving component of each connection."""
         return frozenset((self.split(link.source)[0], self.split(link.target)[0]) for link in self.connections)
 
     def fed(self) -> set[str]:
@@ -261,7 +262,7 @@ class System:
         return interfaces[component].port(variable, component)
 
     def feeds(self) -> Iterator[tuple[str, str]]:
-        """Yield source and target of every input that is fed; the source of a shared signal is `signal NAME`."""
+        """Yield the source and the name of every input that is fed; a shared signal is the source `signal NAME`."""
         for link in self.connections:
             yield link.source, link.target
         for signal in self.signals:

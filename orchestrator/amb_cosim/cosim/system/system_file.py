@@ -27,10 +27,11 @@
     time = "0.5 s"
     set = { "Omega" = "120 rad/s" }
 
-A file with a `base`, the name or path of another system, extends it. Its components follow those of the base, or
-precede the one in `before`. A component of the same name replaces the base's, and a connection or signal replaces the
-source of the same input. Parameters are merged. `remove` deletes parts of the base: a component with all its
-connections, by name; a parameter, or the source of an input, as `component.variable`, with wildcards `*` and `?`.
+A file with a `base`, the name or path of another system, extends it. Its components follow the components of the base,
+unless `before` names a component that they precede. A component replaces the component of the same name in the base,
+and a connection or signal replaces the source of the same input. Parameters are merged. `remove` deletes parts of the
+base. The name of a component deletes it with all its connections. `component.variable`, with wildcards `*` and `?`,
+deletes a parameter or the source of an input.
 """
 
 from __future__ import annotations
@@ -56,12 +57,12 @@ def packaged_systems() -> PackFiles:
 
 
 def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> System:
-    """Read a system of amb-cosim or of a pack, or a TOML file.
+    """Read a system from amb-cosim, from a pack, or from a TOML file.
 
     Parameters
     ----------
     options
-        Options of connections that are switched off; all others are on.
+        For each option of connections, whether it is on; options that are not listed are on.
 
     Raises
     ------
@@ -93,12 +94,12 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> Expe
     Parameters
     ----------
     without
-        Returned for a file without an experiment.
+        Experiment to return for a file without an experiment.
 
     Raises
     ------
     ValueError
-        If the file has no table `experiment`, or it is wrong.
+        If the file has no table `experiment`, or the table is wrong.
     """
     _, table = _read(str(name))
     if table is None and without is not None:
@@ -112,7 +113,7 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> Expe
 
 
 def _read(name: str, derived: tuple[str, ...] = ()) -> tuple[System, ExperimentTable | None]:
-    """Return a system and its run from a file and its bases, with all connections; the last one to an input applies.
+    """Return a system and its run from a file and its bases; of several connections to an input, the last one applies.
 
     Parameters of a packaged file without a base are not `stated`.
     """
@@ -166,7 +167,7 @@ def _overlaid(below: System, table: SystemTable, folder: Path, states: bool) -> 
 
 
 def _with_components(below: System, table: SystemTable, folder: Path) -> System:
-    """Return a system with the components of a file, which replace those of the same name; `before` needs a base."""
+    """Return a system with a file's components, which replace those of the same name; `before` needs a base."""
     system, replaceable = below, {c.name for c in below.components}
     for new in table.component:
         fmu = new.fmu if new.fmu in models() else str(folder / new.fmu)
@@ -216,12 +217,12 @@ def _without_component(system: System, name: str) -> System:
 
 
 def _without_source(system: System, component: str, pattern: str) -> System:
-    """Return a system without sources of the inputs that a pattern matches; connected patterns exclude these.
+    """Return a system without sources of the inputs that a pattern matches; connected patterns then exclude these.
 
     Raises
     ------
     ValueError
-        If nothing feeds an input of this name; patterns are matched later, with the FMUs.
+        If nothing feeds an input of this name; patterns are matched later, when the FMUs are known.
     """
     prefix, whole = f"{component}.", f"{component}.{pattern}"
     inputs = [target.removeprefix(prefix) for _, target in system.feeds() if target.startswith(prefix)]
@@ -241,6 +242,6 @@ def _without_source(system: System, component: str, pattern: str) -> System:
 
 
 def _unfed(signals: Sequence[Signal], is_removed: Callable[[str], bool]) -> tuple[Signal, ...]:
-    """Return signals without some of their inputs, and without those signals that then feed nothing."""
+    """Return signals without some of their inputs; omit signals that then feed nothing."""
     reduced = (replace(s, targets=tuple(t for t in s.targets if not is_removed(t))) for s in signals)
     return tuple(signal for signal in reduced if signal.targets)

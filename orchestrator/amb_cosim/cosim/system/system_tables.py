@@ -41,7 +41,7 @@ class ConnectTable(Table):
     """Switch that enables the connection, such as `gradient`."""
 
     def pairs(self) -> list[tuple[str, str]]:
-        """Return names of output and input, connection by connection."""
+        """Return the names of the output and the input of each connection."""
         if isinstance(self.variables, dict):
             return list(self.variables.items())
         return [(name, name) for name in self.variables]
@@ -89,7 +89,7 @@ class ProfileTable(Table):
         return self
 
     def profiles(self, earliest: float) -> tuple[Profile, ...]:
-        """Return the inputs, times in s; raises ValueError if one is before `earliest` (s), or the file is wrong."""
+        """Return inputs, with times in s; raises ValueError if one is before `earliest` (s), or the file is wrong."""
         if self.file:
             return profiles_of(self.file, time_of(self.begin, "begin of a profile", least=earliest))
         points = tuple((time_of(t, "time of a point", least=earliest), value) for t, value in self.points)
@@ -111,7 +111,7 @@ class StopTable(Table):
     """Time from which the signal is checked; by default the start."""
 
     def condition(self, beginning: float) -> StopCondition:
-        """Return the condition, times in s; raises ValueError unless one of `above` and `below` is set."""
+        """Return the condition, with times in s; raises ValueError unless one of `above` and `below` is set."""
         begin = None if self.from_time is None else time_of(self.from_time, "from_time of stop", least=beginning)
         hold = time_of(self.hold_time, "hold_time of stop", least=0.0)
         return StopCondition(self.variable, self.above, self.below, hold, begin)
@@ -149,7 +149,7 @@ class ExperimentTable(Table):
     """Recorded variables."""
 
     def experiment(self) -> Experiment:
-        """Return the run, times in s; raises ValueError if one is not allowed."""
+        """Return the run, with times in s; raises ValueError if one is not allowed."""
         start = time_of(self.start_time, "start_time", least=-LONGEST)
         settles = start < 0.0 and self.record.settling is False
         beginning = 0.0 if settles else start

@@ -67,7 +67,7 @@ def check_bases(name: str, derived: tuple[str, ...]) -> None:
     name
         Kind and name of the file in messages.
     derived
-        Names of the files derived from it, the first one first.
+        Names of the files that are derived from this file, in the order in which they were read.
     """
     file = name.partition(" ")[2]
     if file in derived:
@@ -103,7 +103,7 @@ def moment_of(raw: Raw, period: float | None) -> float:
     Raises
     ------
     ValueError
-        If it is not a time, or in cycles where there are none.
+        If it is not a time, or is stated in cycles although there are none.
     """
     word, _, number = str(raw).strip().partition(" ")
     if word != "cycle":

@@ -38,7 +38,7 @@ def _number(raw: Raw, unit: str, name: str) -> float:
 
 
 def plain_number(raw: Raw) -> float | None:
-    """Return a number without a unit, also from a text; None for a Boolean or any other text."""
+    """Return a number without a unit, which may be given as text; None for a Boolean or any other text."""
     if isinstance(raw, bool):
         return None
     try:
@@ -54,7 +54,7 @@ def stated(value: str, raw: Raw) -> str:
 
 
 def convert(raw: Raw, port: Port, name: str) -> float:
-    """Convert `raw` to a number in the unit of `port`; booleans are 0 and 1, names of an Enumeration their values.
+    """Convert `raw` to a number in the unit of `port`; Booleans become 0 or 1, and Enumeration names their values.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def _is_standard(port: Port) -> bool:
 
 
 def _base(definition: UnitDefinition) -> str:
-    """Return the product of base units of a definition."""
+    """Return the product of base units in a definition."""
     return ".".join(f"{unit}{power:g}" for unit, power in zip(SI, definition, strict=False) if power) or "1"
 
 

@@ -1,9 +1,10 @@
 """Reads the experiments in an FMU (FMI-LS-REF): runs and reference results.
 
 The manifest names files with role `experiment`; each contains experiments in the format of the Modelica Association
-(github.com/modelica/ma-hs-experiments), whose times are in `Experiment` or, recently, in its `TransientSimulation`.
-Tables are CSV with a column `time`; an array of FMI 3.0 is one column, with values separated by blanks. Without an
-experiment, files with role `result` are the results of the FMU's default experiment, as in the Reference-FMUs.
+(github.com/modelica/ma-hs-experiments). The times are in `Experiment` or, in recent files, in its child
+`TransientSimulation`. Tables are CSV with a column `time`; an array of FMI 3.0 is one column, with values separated by
+blanks. If no experiment is named, files with role `result` are the results of the FMU's default experiment, as in the
+Reference-FMUs.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ Table = dict[str, list[str]]  # columns by their names, as texts
 
 @dataclass(frozen=True)
 class ReferenceExperiment:
-    """An experiment: times in s, None for the FMU's times; values as texts, as in the files.
+    """An experiment, with times in s (None for times of the FMU) and with values as texts, as in the files.
 
-    `unread` is the reason why it cannot be run.
+    `unread` is the reason why the experiment cannot be run.
     """
 
     name: str
@@ -127,7 +128,7 @@ def _number(element: Element, key: str, file: Path) -> float | None:
 
 
 def _parameters(file: Path) -> Iterator[tuple[str, str]]:
-    """Yield the parameters of a set of SSP, whatever its version, by name."""
+    """Yield the parameters of an SSP parameter set of any version, by name."""
     for parameter in _root(file).iter():
         if parameter.tag.rpartition("}")[2] == "Parameter":
             for value in parameter:

@@ -29,11 +29,12 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Verified:
-    """Result of an experiment: numbers of compared points and values, and the largest deviation, or None.
+    """Result of an experiment: the numbers of compared points and values, and the largest deviation, if any.
 
-    `failure` is the reason why the FMU failed, `unread` is the reason why the experiment was not run. `allowed` is the
-    tolerance of the experiment, which `tolerance` caps. `omitted` are columns of the references that are not compared,
-    with the reason; `other_text` is the first text that differs from its reference.
+    `failure` is the reason why the FMU failed, and `unread` is the reason why the experiment was not run. `allowed` is
+    the tolerance that the experiment states; `tolerance` is the applied tolerance, which has limits. `omitted` are
+    columns of the references that are not compared, with the reason; `other_text` is the first text that differs from
+    its reference.
     """
 
     experiment: str
@@ -85,9 +86,9 @@ def verify(fmu: str | Path) -> list[Verified]:
     """Run the experiments in an FMU (FMI-LS-REF), and compare the results with the reference results.
 
     FMPy runs the FMU in a separate process. Values must agree within 1e-6 of a variable's largest reference, or within
-    the experiment's `tolerance` if larger (at most 1e-3). Binaries, inputs, and parameters that the experiment sets are
-    not compared; the result names them. References only at the start verify nothing, and neither does a run that ends
-    before them.
+    the experiment's `tolerance` if that is larger (at most 1e-3). Binaries, inputs, and parameters that the experiment
+    sets are not compared; the result names them. An experiment verifies nothing if its references are only at the
+    start, or if the run ends before them.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The process that `verification` starts: it runs the experiments of an extracted FMU in FMPy, and compares."""
+"""The process that `verification` starts: it runs an extracted FMU's experiments in FMPy and compares the results."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def _simulated(
     Returns
     -------
     tuple
-        The result of FMPy, and times (s) with the Strings.
+        The result of FMPy, and the Strings at each time (s).
     """
 
     def log(*arguments: Any) -> None:  # the instance as well in FMI 2.0; then status, category and text
@@ -155,7 +155,7 @@ def _simulated(
 def _compared_texts(
     references: Table, times: Array, names: list[str], seen: list[tuple[float, list[str]]]
 ) -> tuple[int, str]:
-    """Compare texts at times of the references.
+    """Compare texts at the times of the references.
 
     Returns
     -------
@@ -206,7 +206,7 @@ def _spacing(texts: list[str]) -> float | None:
 
 
 def _inputs(stimuli: Table) -> tuple[dict[str, str], NDArray[Any] | None]:
-    """Return constant inputs as start values (also arrays), and the others over time."""
+    """Return constant inputs as start values (including arrays), and the other inputs over time."""
     columns = {name: column for name, column in stimuli.items() if name != "time"}
     constant = {name: column[0] for name, column in columns.items() if len(set(column)) == 1}
     varying = [name for name in columns if name not in constant]
@@ -219,7 +219,7 @@ def _inputs(stimuli: Table) -> tuple[dict[str, str], NDArray[Any] | None]:
 
 
 def _value(variable: Any, text: str) -> str:
-    """Return the value of a parameter for FMPy; the value of an Enumeration as a number."""
+    """Return the value of a parameter for FMPy, which requires a number for an Enumeration."""
     items = variable.declaredType.items if variable.type == "Enumeration" and variable.declaredType else None
     return next((str(item.value) for item in items or () if item.name == text), text)
 
@@ -270,8 +270,8 @@ def _largest_deviation(
 def _rows_at(times: Array, points: Array) -> Indices:
     """Return the row of the results that is nearest to each time of the references.
 
-    If two references have the same time, before and after an event, they take the two rows of the results at that time.
-    The last time of the results corresponds to their last row.
+    If two references have the same time, before and after an event, they correspond to the two rows of the results at
+    this time. A reference at the end of the run corresponds to the last row of the results.
     """
     rows = np.abs(points[:, None] - times[None, :]).argmin(axis=0)
     for k in np.flatnonzero(np.diff(times) == 0.0) + 1:

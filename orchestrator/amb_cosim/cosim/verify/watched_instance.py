@@ -5,8 +5,8 @@ FMPy records numbers. An FMU can end a run in a step from t to t + h:
     FMI 2.0   fmi2DoStep returns fmi2Discard and fmi2Terminated is true; values are then those at fmi2LastSuccessfulTime
     FMI 3.0   terminateSimulation is true; values are then those at lastSuccessfulTime
 
-If the end is not stated, or is not between t and t + h, it is t, the end of the last completed step. FMPy repeats a
-step that is discarded without a request to end the run, and takes t + h as the end in FMI 3.0.
+If the end is not stated, or is not between t and t + h, it is t, the end of the last completed step. FMPy itself
+repeats a step that is discarded without a request to end the run, and takes t + h as the end in FMI 3.0.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class WatchedInstance:
 
     @property  # type: ignore[misc]
     def __class__(self) -> Any:
-        """The class of FMPy's instance, by which FMPy chooses the functions of inputs."""
+        """The class of FMPy's instance, from which FMPy chooses the functions for inputs."""
         return type(self._fmu)
 
     def exitInitializationMode(self) -> Any:
@@ -58,7 +58,7 @@ class WatchedInstance:
         return status
 
     def doStep(self, currentCommunicationPoint: float, communicationStepSize: float) -> Any:
-        """Make a step, whose end is the end of the run if the FMU ends the run in it.
+        """Make a step; if the FMU ends the run in this step, report the end of the run as the end of the step.
 
         Raises
         ------
