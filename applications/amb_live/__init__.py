@@ -1,7 +1,7 @@
 """The live rig: a scenario, its FMUs as WebAssembly, and the page that runs them in a browser.
 
-The package can be called: `amb_cosim.live("my_scenario.toml")` as the last line of a cell opens the page in a notebook;
-see `amb_live.notebook.live`.
+The package can be called like a function: the line `amb_cosim.live("my_scenario.toml")` at the end of a cell opens the
+page in a notebook; see `amb_live.notebook.live`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class _CallableModule(ModuleType):
-    """A package that is called as its function `notebook.live`."""
+    """A package that can be called like its function `notebook.live`."""
 
     def __call__(self, *arguments: Any, **options: Any) -> LivePage:
         """Create the page of a scenario; see `amb_live.notebook.live`."""

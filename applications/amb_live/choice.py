@@ -11,7 +11,7 @@ from amb_live.rig import Rig, rig
 
 
 def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = False) -> list[Rig]:
-    """Return the rigs of a page: the scenario and, unless `alone` or with another rotor, the scenarios of the packs.
+    """Return the rigs of a page: the scenario and, unless it is `alone` or `rotor` is given, the packs' scenarios.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = 
     Raises
     ------
     ValueError
-        If the scenario, the rotor or a file is wrong, or a browser cannot run the scenario.
+        If the scenario, the rotor or a file is invalid, or a browser cannot run the scenario.
     """
     first = as_scenario(name, rotor)
     alone = alone or rotor is not None

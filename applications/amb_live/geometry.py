@@ -1,4 +1,4 @@
-"""Drawing data of a rotor: shaft, discs, bearings, contact sites and faces, and the shape that sensors define."""
+"""Drawing data of a rotor: shaft, discs, bearings, contact sites, faces, and the shape given by the sensors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def geometry(
     Parameters
     ----------
     source
-        The rotor, its name or its file; by default the packs' default rotor.
+        The rotor, or its name or file; by default the default rotor of the packs.
     layout
         Layout of the plant's interface.
     gravity_angle
@@ -94,7 +94,7 @@ def geometry(
 
 
 def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
-    """Return the displacements of all nodes if each of some nodes is displaced by 1 while the others are fixed at 0.
+    """Return the displacements of all nodes if one of several given nodes is displaced by 1 and the others by 0.
 
     That is q = -K_ss^-1 K_sm q_m in a single plane of motion (3.8), shape (nodes, places).
     """
@@ -106,13 +106,13 @@ def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
 
 
 def _radii(rotor: Rotor) -> list[float]:
-    """Return the outer radius (m) at each node: the radius of the element that begins there, or of the last element."""
+    """Return the outer radius (m) at each node, which is that of the element that begins there, or of the last one."""
     radii = [max(layer.diameter[0] for layer in layers) / 2.0 for layers in rotor.elements]
     return [*radii, radii[-1]]
 
 
 def _cylinder(body: Any) -> dict[str, float]:
-    """Return radius and width (m) of the steel cylinder with the mass and the polar inertia of a body.
+    """Return the radius and width (m) of the steel cylinder that has the mass and the polar inertia of a body.
 
     I_p = m r^2 / 2 and m = rho pi r^2 b. A disc has its own dimensions; a point mass is drawn as a section of a sphere.
     """

@@ -36,8 +36,8 @@ def page(rigs: Sequence[Rig], documentation: str = "") -> str:
     rigs
         Scenarios of the page; the first is shown.
     documentation
-        Address of the documentation's folder `docs`, relative or absolute, for links to theory pages; without
-        links by default.
+        Relative or absolute address of the documentation's folder `docs`, for links to theory pages; by default there
+        are no links.
     """
     environment = templates_of("amb_live", "page")
     sources = dict(_sources())
@@ -53,7 +53,7 @@ def page(rigs: Sequence[Rig], documentation: str = "") -> str:
 
 
 def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
-    """Return the compressed data of the page: each rig, and shared parts once."""
+    """Return the compressed data of the page: every rig, and the parts that rigs share, stored once."""
     rigs_data: list[dict[str, Any]] = []
     variables: dict[str, Any] = {}
     parts: dict[str, bytes] = {}
@@ -70,7 +70,7 @@ def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
 
 
 def _packed(content: bytes) -> str:
-    """Return bytes compressed by gzip, which browsers can decompress, in base64; equal bytes give equal texts."""
+    """Return bytes in base64 after compression by gzip, which browsers can decompress; equal bytes give equal texts."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
 
 

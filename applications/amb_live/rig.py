@@ -1,4 +1,4 @@
-"""A scenario for the live rig: its plan as JSON, and the bytes of one FMU with all components."""
+"""A scenario for the live rig: its plan as JSON, and the bytes of a single FMU that contains all components."""
 
 from __future__ import annotations
 
@@ -50,12 +50,13 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
     Parameters
     ----------
     source
-        Function like `model_source`; several rigs may share models.
+        Function that returns models as `model_source` does; several rigs may share them.
 
     Raises
     ------
     ValueError
-        If the scenario is invalid, or requires features that a browser lacks: an FMU file, iterative coupling.
+        If the scenario is invalid, or requires features that a browser lacks, such as an FMU file or iterative
+        coupling.
     """
     assembly = assemble_scenario(scenario, POWER_LOSS)
     plan = scenario_plan(scenario, assembly)
@@ -159,7 +160,7 @@ def _gravity_angle(plan: ScenarioPlan) -> float:
 
 
 def _fmu(plan: ScenarioPlan, source: Callable[..., Made]) -> tuple[Model, dict[str, bytes]]:
-    """Return the components in a single model, and the bytes of its FMU: the module, and the constants by its guid.
+    """Return a single model of all components, and the bytes of its FMU: the module, and the constants by GUID.
 
     Start values come from the models, so scenarios with the same system and rotor share the FMU.
     """

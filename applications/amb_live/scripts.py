@@ -1,8 +1,8 @@
-"""Joins JavaScript modules into one script, so the page is self-contained and its build requires no other program.
+"""Joins JavaScript modules into one script, so that the page is self-contained and its build needs no other program.
 
-Each module becomes a function that is called once and returns the module's exports, which imports use. The modules use
-a simple subset: every import lists names from a file by its relative path, every export precedes a function, class or
-constant or lists names, and there are no circular imports.
+Each module becomes a function that is called once and returns the module's exports, from which imports take names. The
+modules use a simple subset of the language: every import lists names from a file, given by its relative path; every
+export precedes a function, class or constant, or lists names; and there are no circular imports.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def read_module(path: str, source: str) -> Module:
 
 
 def _names(names: str) -> tuple[tuple[str, str], ...]:
-    """Return the names of an import, in the other module and in this one."""
+    """Return the names of an import, both in the other module and in this one."""
     pairs = [name.split(" as ") for name in names.replace("\n", " ").split(",") if name.strip()]
     return tuple((pair[0].strip(), pair[-1].strip()) for pair in pairs)
 

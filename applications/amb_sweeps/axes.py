@@ -46,13 +46,13 @@ def is_moment(name: str) -> bool:
 
 
 def is_phase(name: str) -> bool:
-    """Return whether a variation is periodic with the rotor's revolution, like the cycle of an event."""
+    """Return whether a variation is periodic with the rotor's revolution, as the cycle of an event is."""
     return is_moment(name) and name.endswith(".cycle")
 
 
 @dataclass(frozen=True)
 class Column:
-    """Values of one variable along an axis: numbers in `unit` (if empty, the variable's unit), or texts."""
+    """Values of one variable along an axis: numbers in `unit` (if empty, in the variable's unit), or texts."""
 
     name: str
     values: tuple[Raw, ...]
@@ -71,7 +71,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Axis:
-    """A dimension of a sweep: columns varied together, or alternatives with a table of settings each."""
+    """A dimension of a sweep: columns that are varied together, or alternatives with a table of settings each."""
 
     name: str
     columns: tuple[Column, ...]
@@ -110,8 +110,8 @@ def read_variations(vary: Vary) -> list[Variation]:
     Parameters
     ----------
     vary
-        By name: a text as in a `--vary` option, a sequence of values, a table of settings for each label, or, for names
-        joined by `&`, a sequence of values for each.
+        The variation of each name: a text as in a `--vary` option, a sequence of values, or a table of settings for
+        each label. For names joined by `&`, each name has its own sequence of values.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def parse_vary(texts: Sequence[str]) -> dict[str, Any]:
 
 
 def names_of(variation: Variation) -> list[str]:
-    """Return the name of an axis and the names of its columns."""
+    """Return the name of an axis, and the names of its columns."""
     if isinstance(variation, Axis):
         return list(dict.fromkeys([variation.name, *(column.name for column in variation.columns)]))
     return [part.name for part in variation]
@@ -215,7 +215,7 @@ def _range(name: str, text: str) -> Column | Range:
 
 
 def _list(name: str, values: Sequence[Any]) -> Column:
-    """Return a column of numbers in the first unit if all values are numbers, otherwise of texts."""
+    """Return a column: numbers in the first unit that is stated, if all values are numbers; otherwise texts."""
     items = [item.strip() if isinstance(item, str) else item for item in values]
     invalid = [item for item in items if not isinstance(item, bool | int | float | str) or item == ""]
     if invalid or not items:

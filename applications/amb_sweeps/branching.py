@@ -1,8 +1,8 @@
-"""Points of a sweep that are identical until an event share the run up to it: the state is restored, not recomputed.
+"""Points of a sweep that are identical until an event share the run up to there, by restoring its saved state.
 
-A run saves its state before each event that the sweep varies, in the memory of the FMUs. A later point continues from
-the latest saved state with the same past; its results are bitwise equal to those without sharing. Points are ordered so
-that variations before an event change least often, and the moments of an event ascend.
+Before each event that the sweep varies, a run saves its state in the memory of the FMUs. A later point continues from
+the latest saved state with the same past; its results are bitwise equal to those of a complete run. Points are ordered
+so that variations before an event change least often, and the moments of an event ascend.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from amb_sweeps.sampling import SamplePlan
 
 
 class Branches:
-    """States from which later points can continue: the latest before each varied event.
+    """States from which later points can continue: the latest state before each varied event.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Branches:
         self._generation = instances.generation
 
     def start_of(self, plan: Plan) -> Checkpoint | None:
-        """Return the latest state from which a run of a plan can continue, if any."""
+        """Return the latest state from which the run of a plan can continue, if any."""
         if self._generation != self._instances.generation:
             self._plans.clear()  # the FMUs whose memory held the states are gone
         usable = [state for earlier, state in self._plans.values() if self._is_shared(earlier, plan, state.point)]
@@ -63,7 +63,7 @@ class Branches:
         self._generation = self._instances.generation
 
     def _is_shared(self, earlier: Plan, plan: Plan, n: int) -> bool:
-        """Return whether a plan has the same past as an earlier plan of the same FMUs at point n."""
+        """Return whether a plan has the same past at point n as an earlier plan of the same FMUs."""
         return (
             n <= plan.last
             and earlier.parameters == plan.parameters
@@ -75,13 +75,13 @@ class Branches:
 
 
 def varied_labels(design: SamplePlan, labels: Sequence[str]) -> tuple[str, ...]:
-    """Return which of these event labels, in order of time, a design varies."""
+    """Return those event labels that a design varies, in the order of time in which they are given."""
     varied = {_label_of(axis, labels) for axis in design.axes}
     return tuple(label for label in labels if label in varied)
 
 
 def branching_order(design: SamplePlan, points: Sequence[int], labels: Sequence[str]) -> list[int]:
-    """Return points ordered so that those with the same past before an event of `labels` follow each other."""
+    """Return points in an order in which those with the same past before an event of `labels` follow each other."""
     import numpy as np
 
     def key(point: int) -> tuple[Any, ...]:
@@ -105,7 +105,7 @@ def _label_of(axis: Axis, labels: Sequence[str]) -> str | None:
 
 
 def _moment(axis: Axis, k: int, label: str) -> float:
-    """Return the sort key of the moment of an event; 0 if the axis does not change it."""
+    """Return the sort key for the moment of an event; 0 if the axis does not change it."""
     values: Mapping[str, Raw] = axis.settings(k)
     moments = (values.get(f"{label}.{name}") for name in ("cycle", "time"))
     numbers = [float(str(raw).split()[0]) for raw in moments if raw is not None]

@@ -12,7 +12,7 @@ from amb_sweeps.worker import Runner, Task, event_of
 
 
 def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
-    """Check each value of a sweep; return GUIDs of its FMUs, and units and descriptions of its variations.
+    """Check each value of a sweep; return the GUIDs of its FMUs and the units and descriptions of its variations.
 
     FMUs are built if necessary.
 

@@ -1,11 +1,11 @@
 """Sends the points of a sweep in batches to the processes of a Dask cluster, and collects the results.
 
-A batch takes about `BATCH_TIME`, estimated from earlier points. Each process runs one batch at a time, so a crash can
-only be due to the points of this batch. Dask repeats the batch once. If the repetition also crashes a process, the
-points are run one by one, and a point that crashes two processes on its own is recorded as `crashed`.
+A batch takes about `BATCH_TIME`, estimated from earlier points. Each process runs one batch at a time, so only the
+points of this batch can be the cause of a crash. Dask repeats the batch once. If the repetition also crashes a process,
+the points are run one by one. A point that crashes two processes on its own is recorded as `crashed`.
 
-Processes of a local cluster use TLS, with certificates that are created for it and stay in memory: a scheduler runs
-code for anyone who can connect, and all users of a machine can connect to 127.0.0.1.
+Processes of a local cluster use TLS, with certificates that are created for it and stay in memory, because a scheduler
+runs code for anyone who can connect, and all users of a machine can connect to 127.0.0.1.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
     Raises
     ------
     ValueError
-        If there is no answer at that address.
+        If no scheduler answers at this address.
     """
     import dask
     from distributed import Client
@@ -99,7 +99,7 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
 
 
 def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluster:
-    """Start processes with one thread each, which require their certificates if `security` is true.
+    """Start processes with one thread each; if `security` is true, they require the cluster's certificates.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluste
 
 
 def _check_answer(scheduler: str) -> None:
-    """Raise Dask's error, or TimeoutError, if no scheduler responds at an address; a client would wait for it."""
+    """Raise Dask's error or TimeoutError if no scheduler responds at an address; a client would wait instead."""
     from distributed.core import rpc
     from distributed.security import Security
 
@@ -141,7 +141,7 @@ def _check_answer(scheduler: str) -> None:
 
 
 def _within(seconds: float, call: Callable[[], T]) -> T:
-    """Return the result of a call, or raise TimeoutError; a call that never returns blocks only its thread.
+    """Return the result of a call, or raise TimeoutError; a call that never returns blocks only its own thread.
 
     The call runs in its own thread, because the caller's thread may have an event loop. A starting Dask client can wait
     forever despite its time limit, if the scheduler disconnects or another client is garbage-collected.
@@ -227,11 +227,11 @@ class BatchScheduler:
         self._report_progress()
 
     def _threads(self) -> int:
-        """Return the number of batches that can run at once; 0 without a connection or an answer."""
+        """Return the number of batches that can run at once; 0 if there is no connection or no answer."""
         return sum(self._ask("ncores").values())  # called by `nthreads`, which would wait forever
 
     def _ask(self, question: str, **arguments: Any) -> dict[Any, Any]:
-        """Return the scheduler's answer, which is empty without a connection or an answer."""
+        """Return the answer of the scheduler; it is empty if there is no connection or no answer."""
         scheduler = self._client.scheduler
         if self._client.status == "running" and scheduler is not None:
             with suppress(Exception):
@@ -246,7 +246,7 @@ class BatchScheduler:
         self._running[future] = points
 
     def _next_batch(self) -> list[int]:
-        """Return points for about `BATCH_TIME`, and fewer at the end, so all processes finish together."""
+        """Return points for about `BATCH_TIME`, and fewer at the end, so that all processes finish together."""
         size = int(BATCH_TIME * self._finished / self._seconds) if self._seconds > 0.0 else 1
         share = len(self._waiting) // (2 * max(1, self._threads()))
         return [
@@ -274,7 +274,7 @@ class BatchScheduler:
             self._unwritten, self._written = [], time.monotonic()
 
     def _results(self, future: Future[Any], points: Sequence[int]) -> list[PointResult]:
-        """Return the results of a batch; points to repeat are queued."""
+        """Return the results of a batch; points that must be repeated are queued."""
         from distributed import KilledWorker
 
         if future.status == "finished":

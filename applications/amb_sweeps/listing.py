@@ -1,4 +1,4 @@
-"""Entries of `amb-cosim list`: ready sweeps, and the robustness of the outcomes of scenarios."""
+"""Entries of `amb-cosim list`: ready sweeps, and the outcomes of scenarios with their robustness."""
 
 from __future__ import annotations
 
@@ -18,5 +18,5 @@ def entries() -> Iterator[ListedItem]:
 
 
 def outcomes() -> dict[str, str]:
-    """Return the outcomes of scenarios and how robust they are, by name."""
+    """Return the outcomes of scenarios, by name, and how robust they are."""
     return {name: f"{item.outcome}; {item.verdict}" for name, item in stored_outcomes().items()}

@@ -60,8 +60,8 @@ OUTLINE = [Stroke(linewidth=2.0, foreground="k"), Normal()]  # of a white line, 
 def draw_maps(swept: Sweep) -> list[str]:
     """Plot `outcome` and the metrics of a sweep into its folder, one figure each; return the names of the files.
 
-    The first two numeric axes are the axes of a map; all others make up to `MOST_PANELS` panels. A sample is drawn as
-    points over its first two ranges. Crosses mark failed runs.
+    The first two numeric axes are the axes of a map; the values of all other axes are shown in up to `MOST_PANELS`
+    panels. A sample is drawn as points over its first two ranges. Crosses mark failed runs.
     """
     dataset = swept.dataset
     names = [
@@ -127,7 +127,7 @@ def with_speeds_shown(dataset: xr.Dataset, sweep: xr.Dataset | None = None) -> x
 
 
 def in_display_unit(dataset: xr.Dataset, name: str) -> tuple[xr.Dataset, str]:
-    """Return a sweep with a metric in its display unit, and the metric's label."""
+    """Return a sweep with a metric in its display unit, and the label of the metric."""
     if name not in UNITS:
         return dataset, LABELS[name]
     unit_for, stored_unit = UNITS[name]
@@ -136,7 +136,7 @@ def in_display_unit(dataset: xr.Dataset, name: str) -> tuple[xr.Dataset, str]:
 
 
 def _across(swept: Sweep) -> list[str]:
-    """Return the coordinates of the axes of a map, at most two."""
+    """Return the coordinates of a map's axes, of which there are at most two."""
     numeric = numeric_axes(swept.design)
     if SAMPLE in numeric:
         return [column.name for axis in swept.design.axes if axis.name == SAMPLE for column in axis.columns][:2]
@@ -185,7 +185,7 @@ def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, sca
 
 
 def mark_failed(ax: Axes, dataset: xr.Dataset, across: Sequence[str]) -> None:
-    """Draw a cross at each failed point of a map; with one coordinate, above the highest value."""
+    """Draw a cross at each failed point of a map; in a line plot, draw it above the highest value."""
     failed = dataset["outcome"].isin(BROKEN_OFF)
     if not failed.any():
         return  # the layout would reserve space for a line without points
@@ -197,7 +197,7 @@ def mark_failed(ax: Axes, dataset: xr.Dataset, across: Sequence[str]) -> None:
 
 
 def failed_sample(dataset: xr.Dataset) -> list[Line2D]:
-    """Return the entry of a legend for the cross of failed runs, if there are any."""
+    """Return the legend entry for the cross of failed runs, if there are any."""
     count = int(dataset["outcome"].isin(BROKEN_OFF).sum())
     return [Line2D([], [], label=f"failed: {count} of {dataset['outcome'].size}", **FAILED)] if count else []
 
@@ -209,7 +209,7 @@ def add_legend(figure: StyledFigure, handles: list[Line2D]) -> None:
 
 
 def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str]) -> Line2D | None:
-    """Draw the boundary of a map, refined points or the line half-way between grid points; return its legend entry."""
+    """Draw a map's boundary (refined points, or a line half-way between grid points) and return its legend entry."""
     if len(across) < 2 or SAMPLE in dataset.dims or swept.boundary not in dataset:
         return None
     label = f"boundary ({swept.boundary.replace('_', ' ')})"

@@ -37,9 +37,9 @@ def needed(places: RotorPlaces) -> tuple[str, ...]:
 def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     """Return the outcome of a run, and its key values from cycle 0 on, with NaN for missing values.
 
-    `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is the fraction of time in contact at any site between
-    disturbance and relief. The name of a site or bearing is the suffix of its values, `peak_contact_force.seal`; a
-    value without this suffix is the largest of all sites or bearings.
+    `contact`, `recovered` and `rolling` are 1 or 0. `contact_share` is the fraction of time in contact at any site
+    between disturbance and relief. Values of a site or bearing have its name as a suffix, as in
+    `peak_contact_force.seal`; a value without a suffix is the largest of all sites or bearings.
     """
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
@@ -69,9 +69,8 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
 def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
     """Return the outcome of a run, and the reason if it ended early.
 
-    With a step in the scenario: `prevented` or `recovered`. In any scenario: `trapped`, `undecided`, `landed`,
-    `unstable`, `stator`.
-    Otherwise: `completed`, `stopped` or `failed`.
+    If the scenario has a disturbance: `prevented` or `recovered`. In any scenario: `trapped`, `undecided`, `landed`,
+    `unstable`, `stator`. Otherwise: `completed`, `stopped` or `failed`.
     """
     if outcome.failure is not None:
         return "failed", outcome.failure

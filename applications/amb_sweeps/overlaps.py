@@ -1,4 +1,4 @@
-"""Variables that the names of a sweep vary, and names that vary the same variables."""
+"""Finds the variables that the names of a sweep vary, and names that vary the same variables."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ MOST_NAMED = 5  # variables in a message
 
 
 def varied_variables(name: str, labels: Sequence[str], variables: Assignments) -> set[str]:
-    """Return the variables of a name or pattern: inputs of a signal as the signal, both moments of an event as one.
+    """Return the variables of a name or pattern.
 
-    A name that no variable has, such as a field of the scenario, is returned as it is.
+    Inputs of a signal are returned as the signal, and both moments of an event as one variable. A name that does not
+    belong to a variable, such as a field of the scenario, is returned as it is.
     """
     label = event_of(labels, name)
     if is_moment(name):
@@ -38,7 +39,7 @@ def refuse_overlaps(axes: Iterable[Axis], labels: Sequence[str], variables: Assi
     Raises
     ------
     ValueError
-        With both names, and the variables that they share.
+        If two names share variables; the message states both names and these variables.
     """
     named = [(name, found) for axis in axes for name, found in _of_axis(axis, labels, variables)]
     for (first, one), (second, other) in combinations(named, 2):
@@ -50,12 +51,12 @@ def refuse_overlaps(axes: Iterable[Axis], labels: Sequence[str], variables: Assi
 def refuse_idle_settings(
     settings: Iterable[str], axes: Iterable[Axis], labels: Sequence[str], variables: Assignments
 ) -> None:
-    """Refuse a setting that has no effect because all its variables are varied, other than by tables.
+    """Refuse a setting that has no effect because all its variables are varied; variations by tables do not count.
 
     Raises
     ------
     ValueError
-        With the name of the setting, and the names that vary it.
+        If a setting has no effect; the message states its name and the names that vary its variables.
     """
     columns = [column.name for axis in axes if not axis.alternatives for column in axis.columns]
     varied = {name: varied_variables(name, labels, variables) for name in columns}

@@ -36,7 +36,7 @@ def numeric_axes(design: SamplePlan) -> list[str]:
 def panels(design: SamplePlan, across: Collection[str], described: Mapping[str, str] = NOTHING) -> list[MapPanel]:
     """Return a panel for each combination of values of the axes that are not plotted.
 
-    Titles use the descriptions by name in `described`, or the names.
+    Titles use the descriptions in `described`, or the name of a variable without a description.
     """
     others = [axis for axis in design.axes if axis.name not in across]
     result = []
@@ -53,7 +53,7 @@ def descriptions(dataset: xr.Dataset) -> dict[str, str]:
 
 
 def value_text(name: str, value: Any, unit: str, described: str = "") -> str:
-    """Return a value as text, `u = 25 g m`, or with a description `Unbalance: 25 g m`; speeds in the chosen unit."""
+    """Return a value as text: `u = 25 g m`, or `Unbalance: 25 g m` if described; speeds are in the chosen unit."""
     begin = f"{words_of(name, described)}:" if described else f"{short(name)} ="
     if unit == "rad/s" and not isinstance(value, str):
         return f"{begin} {speed_unit().text(value)}"
@@ -77,7 +77,7 @@ def first_words(described: str) -> str:
 
 
 def short(name: str) -> str:
-    """Return the last part of a variable's name; for the moment of an event, with the event."""
+    """Return the last part of a variable's name; for the moment of an event, add the label of the event."""
     label, _, last = name.rpartition(".")
     return f"{last} of the {label.replace('_', ' ')}" if is_moment(name) else last
 

@@ -1,4 +1,4 @@
-"""Distribution of the peak force of a sweep over the phase of an event within a turn."""
+"""Distribution of a sweep's peak force over the phase of an event within a turn."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FILE = "phase.png"
 
 
 def draw_phases(swept: Sweep) -> list[str]:
-    """Plot the peak force over the phase of an event, which a sweep varies, into its folder; return the files."""
+    """Plot the peak force over the phase of an event, if varied, into the sweep's folder; return the file names."""
     dataset = swept.dataset
     varied = [str(name) for name in dataset.coords if is_phase(str(name))]
     if not varied or METRIC not in dataset or not dataset[METRIC].notnull().any():
@@ -41,10 +41,10 @@ def draw_phases(swept: Sweep) -> list[str]:
 
 @mpl.rc_context(STYLE)
 def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFigure:
-    """Draw median, quartiles and extremes of the peak force over `along`, the cycle of an event, in degrees.
+    """Draw the median, quartiles and extremes of the peak force over `along`, an event's cycle, shown in degrees.
 
-    The distribution is over all other numeric variations; each alternative has a panel. For a sample, each point is
-    drawn.
+    The distribution covers all other numeric variations; each alternative has its own panel. For a sample, each point
+    is drawn.
     """
     parts = panels(swept.design, numeric_axes(swept.design), descriptions(dataset))[:MOST_PANELS]
     figure = StyledFigure(figsize=(max(4.6, 3.0 * len(parts) + 0.8), 3.2), layout="constrained")
@@ -74,14 +74,14 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
 
 
 def phase_of(cycle: NDArray[Any]) -> Array:
-    """Return cycles as rotor angles (deg), from the beginning of the first cycle's turn."""
+    """Return cycles as rotor angles (deg), counted from the beginning of the turn that contains the first cycle."""
     return np.asarray(360.0 * (cycle - np.floor(np.min(cycle))), np.float64)
 
 
 def distribution(part: xr.Dataset, along: str) -> Array:
     """Return the `QUANTILES` of the peak force along an axis, shape (quantiles, points).
 
-    Failed runs rank last: a quantile at a failed run is infinite.
+    Failed runs rank last, so a quantile that falls on a failed run is infinite.
     """
 
     def rows(values: xr.DataArray) -> NDArray[Any]:

@@ -1,8 +1,8 @@
 """Bisects the boundary between two outcomes along the axes of a grid.
 
 If neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run, and the half of the
-interval with different ends is kept, until it is shorter than the tolerance. Each round halves all intervals, so
-spacing / tolerance = 2^n takes n rounds.
+interval whose ends differ is kept. This is repeated until the interval is shorter than the tolerance. Each round halves
+all intervals, so spacing / tolerance = 2^n takes n rounds.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ BOUNDARIES = ("recovered", "contact", "rolling")
 
 
 def boundary_group(metric: str) -> str:
-    """Return the group of the store with the boundary of a metric."""
+    """Return the name of the store's group that contains the boundary of a metric."""
     return f"boundary_{metric}"
 
 
 @dataclass
 class Interval:
-    """An interval between grid neighbours with different outcomes: its axis, grid indices, ends, and low value."""
+    """An interval between grid neighbours whose outcomes differ: axis, grid indices, ends, and value at the low end."""
 
     axis: int
     index: tuple[int, ...]
@@ -47,16 +47,16 @@ class Interval:
 
 
 class Refinement:
-    """The intervals that the boundary crosses, halved in each round.
+    """The intervals that the boundary crosses, which are halved in each round.
 
     Parameters
     ----------
     design, results
         A grid and its results.
     tolerance
-        Length at which an interval is no longer halved, as a fraction of its axis.
+        Length, as a fraction of the axis, up to which an interval is not halved further.
     metric
-        The metric with the values 0 and 1 for which the boundary is located.
+        The metric whose boundary is located; its values are 0 and 1.
     """
 
     def __init__(self, design: SamplePlan, results: xr.Dataset, tolerance: float, metric: str) -> None:
@@ -80,7 +80,7 @@ class Refinement:
         return SamplePlan((Axis(POINT, tuple(columns), settings),), f"round {self.rounds}")
 
     def learn(self, results: xr.Dataset) -> None:
-        """Replace each interval by its half with different ends; drop intervals without an outcome in the middle."""
+        """Replace each interval by the half whose ends differ; drop intervals without an outcome in the middle."""
         for interval, value in zip(self._halved, results[self.metric].values, strict=True):
             if math.isnan(value):
                 self.intervals.remove(interval)
@@ -112,7 +112,7 @@ class Refinement:
         store.replace_group(boundary_group(self.metric), self.boundary())
 
     def _place(self, interval: Interval, at: float) -> dict[str, Any]:
-        """Return the coordinates of a point of an interval's line."""
+        """Return the coordinates of a point on the line along which an interval lies."""
         row: dict[str, Any] = {}
         for k, axis in enumerate(self.design.axes):
             for column in axis.columns:
@@ -140,7 +140,7 @@ class Refinement:
 
 
 def check_refinement(design: SamplePlan, tolerance: float, metric: str) -> None:
-    """Raise ValueError if the boundary of a metric in a sweep cannot be refined to a tolerance."""
+    """Raise ValueError if a sweep cannot be refined to a tolerance at the boundary of a metric."""
     if not 1e-6 <= tolerance < 1.0:
         raise ValueError(
             f"--certainty {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, a fraction of an axis"
@@ -161,7 +161,7 @@ def _is_ordered(axis: Axis) -> bool:
 
 
 def _crossed(design: SamplePlan, values: np.ndarray[Any, Any]) -> list[Interval]:
-    """Return the intervals between neighbours that differ; points without an outcome have none."""
+    """Return the intervals between neighbours that differ; neighbours without an outcome are left out."""
     result = []
     for k, axis in enumerate(design.axes):
         if not _is_ordered(axis):

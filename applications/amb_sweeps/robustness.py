@@ -1,7 +1,7 @@
-"""Robustness of the outcome of a scenario against identified H and small changes of values.
+"""Robustness of a scenario's outcome if H is identified, or if values are changed slightly.
 
-If such a change flips the outcome, the outcome is *fragile*: it depends as much on the digits of the input as on the
-machine.
+If such a change flips the outcome, the outcome is called *fragile*, because it depends as much on the digits of the
+input as on the machine.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Robustness(WarnedResult, DrawnResult):
     change
         Fraction by which quantities were changed, one at a time.
     rows
-        The run of the scenario, then its variations.
+        The run of the scenario, followed by the runs of its variations.
     not_varied
         Reasons why quantities were not varied, by name.
     """
@@ -88,7 +88,7 @@ class Robustness(WarnedResult, DrawnResult):
 
     @property
     def flips(self) -> dict[str, str]:
-        """The decided outcomes that differ from the scenario's, by change; none if the scenario's is undecided."""
+        """The decided outcomes that differ from the scenario's, by change; none if its own outcome is undecided."""
         if AS_IT_IS in self.undecided:
             return {}
         differing = (row for row in self.rows if row.outcome != self.outcome and row.changed not in self.undecided)
@@ -140,7 +140,7 @@ def robustness(
     flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> Robustness:
-    """Return whether a scenario's outcome is robust against identified H and small changes of its quantities.
+    """Return whether a scenario's outcome stays the same if H is identified, or if quantities change slightly.
 
     K_b, C_b, alpha, clearances and unbalances are changed one at a time. Quantities that the machine lacks are not
     varied.
@@ -190,7 +190,7 @@ def robustness(
 def _identified(
     scenario: Scenario, settings: Mapping[str, Raw], prepared: ScenarioPlan, flavour: Flavour
 ) -> ReceptanceTable:
-    """Return the receptances identified in a scenario's sampled loop at the speeds of its adaptation."""
+    """Return the receptances that are identified in a scenario's sampled loop at the speeds of its adaptation."""
     speeds = identification_speeds(prepared)
     identification = identify(speeds, scenario=scenario, set=settings, flavour=flavour, progress=False)
     for result in identification.results:
@@ -216,5 +216,5 @@ def _row(case: Variation, point: PointResult) -> RobustnessRow:
 
 
 def _at_places(values: Mapping[str, float], prefix: str) -> dict[str, float]:
-    """Return the values whose names have a prefix, by the place that follows the prefix."""
+    """Return the values whose names begin with a prefix, by the place that follows this prefix."""
     return {name.removeprefix(prefix): value for name, value in values.items() if name.startswith(prefix)}

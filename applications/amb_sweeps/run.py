@@ -128,15 +128,16 @@ def sweep(
     scenario, set, until, rotor, receptances, flavour
         As for `amb_cosim.run`.
     vary
-        Values by name: `{"Omega": "60:300 rpm:60"}`, `{"Omega": [90, 120]}`; for alternatives, a table of settings for
-        each label; for names joined by `&`, the values of each. A name is a `component.variable`, a shared signal, the
-        label of an event with an input, `cycle` or `time` of that event, a field such as `unbalance_factor`,
+        Values by name: `{"Omega": "60:300 rpm:60"}`, `{"Omega": [90, 120]}`. Alternatives have a table of settings for
+        each label; names joined by `&` have a sequence of values each. A name is a `component.variable`, a shared
+        signal, an event label followed by an input or by `cycle` or `time`, a field such as `unbalance_factor`,
         `fmu.COMPONENT`, or `scenario`.
     output
         Folder of the sweep, with `sweep.zarr`.
     sample, seed
-        `grid`; `boundary:METRIC` for a grid whose boundary of recovered, contact or rolling is bisected; `lhs:N`,
-        `sobol:N` or `saltelli:N` for N points of the ranges without a count, and the seed of the draw.
+        The sampling method, and the seed of random points. The method is `grid`; `boundary:METRIC` for a grid in which
+        the boundary of recovered, contact or rolling is bisected; or `lhs:N`, `sobol:N` or `saltelli:N` for N points in
+        the ranges without a count.
     metrics
         Functions that take a result and return named numbers, in addition to the key values.
     keep
@@ -146,8 +147,8 @@ def sweep(
     certainty
         Fraction of an axis to which a boundary is bisected.
     scheduler, jobs
-        Address of a Dask scheduler; or the number of processes of a local cluster, one per processor by default. A
-        script that starts a local cluster must do so under `if __name__ == "__main__":`.
+        Address of a Dask scheduler, or the number of processes of a local cluster, which is one per processor by
+        default. A script that starts a local cluster must do so under `if __name__ == "__main__":`.
     progress
         Whether to show a bar, or a function that is called with the numbers of finished and of all points, and the
         address of the dashboard.
@@ -159,7 +160,7 @@ def sweep(
     ClusterFailed
         If the cluster ended before the sweep; earlier results are stored.
     KeyboardInterrupt
-        If it was interrupted; earlier results are stored.
+        If the sweep was interrupted; earlier results are stored.
     """
     end_if_imported_anew()
     require_extra("sweep", "a sweep", "cryptography", "dask", "distributed", "zarr", "SALib")
@@ -263,12 +264,12 @@ def _provenance() -> dict[str, Any]:
 
 @contextmanager
 def only_writer(folder: Path) -> Iterator[None]:
-    """Hold the lock of a folder, which the system releases when the process ends; on Windows there is no lock.
+    """Hold the lock of a folder, which the system releases when the process ends; Windows has no such lock.
 
     Raises
     ------
     ValueError
-        If another process holds it, or its path is not a file; nothing is changed.
+        If another process holds the lock, or the path of the lock is not a file; nothing is changed.
     """
     try:
         import fcntl

@@ -43,7 +43,7 @@ class SamplePlan:
         return merged
 
     def corners(self) -> Iterator[int]:
-        """Yield points that contain each value of each axis at least once."""
+        """Yield points that together contain each value of each axis at least once."""
         for at, axis in enumerate(self.axes):
             for k in range(len(axis)):
                 index = [0] * len(self.axes)
@@ -51,7 +51,7 @@ class SamplePlan:
                 yield int(np.ravel_multi_index(index, self.shape))
 
     def with_units(self, units: Mapping[str, str]) -> SamplePlan:
-        """Return a copy with these units, by name, for numbers without a unit."""
+        """Return a copy in which numbers without a unit have these units, by name."""
 
         def labelled(column: Column) -> Column:
             unit = units.get(column.name, "")
@@ -104,7 +104,7 @@ def sample_plan(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
 
 
 def sampled_axis(ranges: list[tuple[Range, ...]], shares: np.ndarray[Any, Any]) -> Axis:
-    """Return the axis of points at these fractions of each range, shape (points, ranges)."""
+    """Return the axis of points at these fractions, shape (points, ranges), of the ranges."""
     columns = [part.at(of_range) for group, of_range in zip(ranges, shares.T, strict=True) for part in group]
     return Axis(SAMPLE, tuple(columns))
 

@@ -1,4 +1,4 @@
-"""Variance-based sensitivity (Sobol indices) of a metric to the variations of a sweep, by SALib.
+"""Variance-based sensitivity (Sobol indices) of a metric to the variations of a sweep, computed by SALib.
 
 S_i = V(E(Y | X_i)) / V(Y),     S_Ti = 1 - V(E(Y | X_~i)) / V(Y)
 """
@@ -22,7 +22,7 @@ def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "peak_con
     Raises
     ------
     ValueError
-        If the sweep is not a Saltelli sample, there is no such metric, or a run has no value of the metric.
+        If the sweep is not a Saltelli sample, there is no such metric, or the metric has no value for a run.
     """
     import xarray as xr
     from SALib.analyze import sobol

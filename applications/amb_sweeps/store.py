@@ -65,8 +65,8 @@ class SweepStore:
     Raises
     ------
     ValueError
-        If the store was made for another request (the message lists the differences), is damaged, or has a path that is
-        not a store. Nothing is changed.
+        If the store was made for another request (the message lists the differences), if it is damaged, or if its path
+        is not a store. Nothing is changed.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class SweepStore:
         return xr.Dataset(data, self._coordinates(), self._attrs)
 
     def _staged(self, dataset: xr.Dataset, folder: Path) -> Path:
-        """Write arrays of results into a folder, to be moved into the store, and return its path."""
+        """Write arrays of results into a folder, which is then moved into the store, and return the folder's path."""
         chunks = (min(self._rows, self.design.shape[0]), *self.design.shape[1:])
         return write_group(dataset, folder / STORE, dict.fromkeys(dataset.data_vars, chunks))
 
@@ -187,7 +187,7 @@ class SweepStore:
         consolidate(self.path)
 
     def _write(self) -> None:
-        """Write the changed chunks, outcomes last."""
+        """Write the changed chunks, with those of the outcomes last."""
         for name in sorted(self._values, key=lambda name: name == "outcome"):
             for block in self._dirty:
                 rows = slice(block * self._rows, (block + 1) * self._rows)
@@ -228,8 +228,8 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
 def check_same(request: Mapping[str, Any], stored: Mapping[str, Any], folder: Path) -> None:
     """Raise ValueError if a request differs from the request of the sweep in a folder.
 
-    GUIDs depend on the rest of the request, the code, and files other than the rotor's. Differences of GUIDs are listed
-    only if nothing else differs.
+    GUIDs depend on the rest of the request, the code, and files other than the rotor's. Differences of GUIDs are
+    therefore listed only if nothing else differs.
     """
     differences = list_differences({**stored, "guids": None}, {**request, "guids": None})
     if not differences and (fmu_differences := list_differences(stored, request)):

@@ -1,4 +1,4 @@
-"""Robustness of the outcomes of a pack: computed by `amb-cosim report --robustness`, stored in `robustness.toml`."""
+"""Robustness of a pack's outcomes, which `amb-cosim report --robustness` computes and saves in `robustness.toml`."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class StoredOutcome(Table):
 
 @cache
 def load_robustness(pack: str) -> Mapping[str, StoredOutcome]:
-    """Return the stored robustness of a pack's runs, by the name of the scenario or of the statements' source.
+    """Return the stored robustness of a pack's runs, by the name of their scenario or of their statements' source.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def stored_outcomes() -> dict[str, StoredOutcome]:
 
 
 def write_robustness(pack: str, outcomes: Mapping[str, StoredOutcome]) -> Path:
-    """Add outcomes to the file of a pack, in the order of their names; return its path."""
+    """Add outcomes to the file of a pack, sorted by name; return the path of the file."""
     file = packs()[pack] / FILE
     merged = {**load_robustness(pack), **outcomes}
     data = {name: merged[name].model_dump(exclude_defaults=True) for name in sorted(merged)}

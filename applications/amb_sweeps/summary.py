@@ -24,7 +24,7 @@ FORCES = {"averaged_contact_force": "contact force averaged over 1 ms", "peak_co
 
 
 def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, boundary: str) -> list[str]:
-    """Return a line for each alternative, then lines on boundary, sensitivities and failures, if any.
+    """Return a line for each alternative, then lines on the boundary, the sensitivities and the failures, if any.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, bound
 
 
 def _alternative_line(title: str, part: xr.Dataset) -> str:
-    """Return the number of runs of each outcome, worst first, and the largest forces."""
+    """Return the number of runs with each outcome, worst outcome first, and the largest forces."""
     outcomes = part["outcome"].values
     counts = {name: int(np.sum(outcomes == name)) for name in COLOURS}
     numbers = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
@@ -52,7 +52,7 @@ def _alternative_line(title: str, part: xr.Dataset) -> str:
 
 
 def _force(part: xr.Dataset, metric: str, words: str) -> str:
-    """Return the largest value of a force metric with its site and point, as the end of a line."""
+    """Return the largest value of a force metric, with its site and point, as text for the end of a line."""
     if metric not in part or not part[metric].notnull().any() or not float(part[metric].max()):
         return ""
     values = part[metric].values
@@ -105,7 +105,7 @@ def _sensitivity_lines(design: SamplePlan, dataset: xr.Dataset) -> list[str]:
 
 
 def _failure_lines(dataset: xr.Dataset) -> list[str]:
-    """Return the reasons of failed runs, most frequent first."""
+    """Return the reasons for failed runs, most frequent first."""
     failed = np.isin(dataset["outcome"].values, BROKEN_OFF)
     reasons, counts = np.unique(dataset["reason"].values[failed], return_counts=True)
     order = np.argsort(-counts, kind="stable")[:MOST_REASONS]

@@ -16,7 +16,7 @@ Report = Callable[[int, int, str], None]  # finished points, all points, address
 def sweep_bar(progress: bool | Report | None = None) -> Iterator[Report]:
     """Show a bar for a sweep with its rate, the time left and the dashboard's address, unless `progress` is a function.
 
-    Yield a function to call with the number of finished points, of all points, and the address.
+    Yield a function that is called with the number of finished points, the number of all points, and the address.
     """
     if callable(progress):
         yield progress

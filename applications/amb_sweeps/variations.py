@@ -36,7 +36,7 @@ class Variation:
 
 @dataclass(frozen=True)
 class Variations:
-    """Variations of a scenario, and the reasons why other quantities are not varied, by name."""
+    """Variations of a scenario and, by name, the reasons why other quantities are not varied."""
 
     made: tuple[Variation, ...]
     left_out: Mapping[str, str]
@@ -45,9 +45,10 @@ class Variations:
 def variations(
     plan: ScenarioPlan, settings: Mapping[str, Raw], change: float, identified: Callable[[], ReceptanceTable]
 ) -> Variations:
-    """Return variations of the scenario: H identified in its sampled loop, and each quantity increased and decreased.
+    """Return variations of the scenario: H identified in its sampled loop, and each quantity increased or decreased.
 
-    K_b, C_b, alpha, clearances and unbalances are changed, each for all bearings, sites and discs together.
+    Each variation changes one quantity everywhere at once: K_b, C_b or alpha for all bearings, the clearances of all
+    sites, or the unbalances of all discs.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def variations(
 
 
 def identification_speeds(plan: ScenarioPlan) -> list[float]:
-    """Return the speeds (rad/s) at which H is identified: the speed of the run, or a grid over its range."""
+    """Return the speeds (rad/s) at which H is identified: the speed of the run, or a grid over its speed range."""
     speeds = [plan.speed, *(speed for _, speed in plan.profile)]
     lowest = plan.all_parameters()[CONTROLLER]["rolac.min_speed"] or 0.0
     low, high = max(min(speeds), lowest), max(speeds)
@@ -89,7 +90,7 @@ Scaled = Callable[[float], dict[str, Raw]]
 
 
 def _quantities(plan: ScenarioPlan, settings: Mapping[str, Raw]) -> Iterator[tuple[str, Scaled | str]]:
-    """Yield names of quantities with settings scaled by a factor, or the reason why a quantity cannot be varied."""
+    """Yield each quantity with a function that scales its settings by a factor, or the reason why it is not varied."""
     values = {k: dict(v) for k, v in plan.all_parameters().items()}
     controller, plant = values.get(CONTROLLER, {}), values.get(PLANT, {})
     gains = DIRECT if controller.get("pid.direct") else ASSUMED
@@ -115,7 +116,7 @@ def _times(values: Mapping[str, float]) -> Scaled:
 
 
 def _unbalance(plan: ScenarioPlan, settings: Mapping[str, Raw]) -> Scaled | str:
-    """Return settings that scale all unbalances, including unbalances set instead of the scenario's."""
+    """Return a function that scales all unbalances, including those set by the user, or why this is impossible."""
     assignments = plan.assembly.assignments()
     first = {n: v for n, v in plan.inputs.items() if v and assignments.port(n).unit == UNBALANCE}
     later = [n for _, n, value in plan.events if value and assignments.port(n).unit == UNBALANCE]

@@ -39,7 +39,7 @@ _ASSEMBLED_FROM = ("system", "rotor", "receptances", "gradient", "fmu")  # field
 
 @dataclass(frozen=True)
 class Task:
-    """The task common to all points of a sweep: a run, whose settings a point's values override.
+    """The task that all points of a sweep share: a run whose settings are overridden by the values of a point.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Task:
     keep
         Outcomes whose full records are saved; `all` for every run.
     labels
-        Varied events; points share the run before them, see `branching`.
+        Labels of the varied events; points share the run before these events (see `branching`).
     """
 
     scenario: Scenario
@@ -76,7 +76,7 @@ class PointResult:
 
 @dataclass(frozen=True)
 class _Machine:
-    """FMUs that points share, their instances and saved states, the places of the rotor, and the recorded variables."""
+    """The FMUs that points share, with their instances, saved states, rotor places and recorded variables."""
 
     assembly: Assembly
     instances: InstancePool
@@ -104,7 +104,7 @@ class Runner:
         return self._prepared(settings)[1]
 
     def run(self, point: int, settings: Mapping[str, Setting]) -> PointResult:
-        """Run a point; any failure is its result."""
+        """Run a point; if the run fails, the result states the failure."""
         began = time.perf_counter()
         try:
             machine, plan = self._prepared(settings)
@@ -135,7 +135,7 @@ class Runner:
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
 
     def _user_metrics(self, result: Result) -> tuple[dict[str, float], str]:
-        """Return the numbers of the user's functions, and the error of the last function that failed."""
+        """Return the numbers that the user's functions return, and the error of the last function that failed."""
         values: dict[str, float] = {}
         error_text = ""
         for metric in self.task.metrics:
@@ -172,7 +172,7 @@ class Runner:
 
 
 def varied(scenario: Scenario, values: Mapping[str, Setting]) -> tuple[Scenario, dict[str, Raw]]:
-    """Return the scenario that a point runs, and its other settings, values by `component.variable`.
+    """Return the scenario that a point runs, and the other settings of the point by `component.variable`.
 
     Raises
     ------
@@ -204,7 +204,7 @@ def event_of(labels: Sequence[str], name: str) -> str:
 
 
 def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:
-    """Return an event, in TOML form, with the time and values set for its label."""
+    """Return an event in TOML form, updated with the time and values that `settings` contain for its label."""
     changes: dict[str, Any] = {}
     values = {component: dict(variables) for component, variables in event.set.items()}
     for name, raw in settings.items():
@@ -224,7 +224,7 @@ def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:
 
 
 def _checked(name: str) -> str:
-    """Return the name of a user's metric if it can be the name of a variable of the store."""
+    """Return the name of a user's metric, if it is allowed as the name of a variable in the store."""
     if not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in ("outcome", "reason", "seconds"):
         raise ValueError(
             f"{name!r} is not a name for a metric; it must have the form friction_heat or friction_heat.seal"

@@ -1,12 +1,12 @@
 """Groups of Zarr arrays whose chunks have checksums, which detect damage by a disk or a copy.
 
-The checksum is computed from the compressed bytes, so damaged data are never unpacked. It is the checksum codec of
-Zarr's format 2; format 3 has another codec, but no specified index of all metadata. Zarr reads a missing chunk as an
-empty one, so empty chunks are written too, and a missing chunk is an error.
+The checksum is computed from the compressed bytes, so damaged data are never unpacked. The checksum codec is that of
+Zarr format 2. Format 3 has another codec, but does not specify an index of all metadata. Zarr reads a missing chunk as
+an empty one. Empty chunks are therefore also written, and a missing chunk is an error.
 
-A store from elsewhere is not trusted: chunks must be files of the store, not links, and use only codecs with which this
-package writes. A Zstandard block of 4 bytes expands to at most 128 KiB, so all arrays together have at most 32768 times
-the size of their chunks.
+A store from elsewhere is not trusted: its chunks must be files of the store, not links, and may only use the codecs
+with which this package writes. A Zstandard block of 4 bytes expands to at most 128 KiB, so all arrays together have at
+most 32768 times the size of their chunks.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ LONGEST = 400  # most characters of an error
 
 
 def write_group(dataset: xr.Dataset, folder: Path, chunks: Mapping[Any, Any] | None = None) -> Path:
-    """Write a data set as a group and return its folder; `chunks` are the shapes of the chunks of arrays."""
+    """Write a data set as a group and return the group's folder; `chunks` are the chunk shapes of the arrays."""
     import zarr
     from numcodecs import CRC32, VLenUTF8, Zstd
 
@@ -101,7 +101,7 @@ def forget_group(path: Path, group: str) -> None:
 
 
 def _check_descriptions(path: Path) -> None:
-    """Raise ValueError if the metadata file of a group or an array differs from the store's."""
+    """Raise ValueError if the metadata file of a group or an array differs from the metadata of the whole store."""
     for name, content in json.loads((path / INDEX).read_bytes())["metadata"].items():
         expected = (
             {"zarr_format": 2} if name.endswith(".zgroup") else content
@@ -111,9 +111,9 @@ def _check_descriptions(path: Path) -> None:
 
 
 def _check_chunks(folder: Path) -> int:
-    """Return the size of the chunks of an array; raises ValueError if any is missing, is a link, or has other codecs.
+    """Return the total size of an array's chunks; raise ValueError if one is missing or a link, or codecs differ.
 
-    Arrays that version 0.2.0 wrote, without checksums, may lack chunks.
+    Arrays written by version 0.2.0 have no checksums and may lack chunks.
     """
     import zarr
 

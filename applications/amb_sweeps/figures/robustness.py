@@ -1,4 +1,4 @@
-"""Last contact and largest contact force of a scenario and of its variations."""
+"""Figure of the last contact and the largest contact force of a scenario and of its variations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names of the models, of the components of systems that run them, and of outputs that several of them have."""
+"""Names of the models, of the components that run them, and of outputs that several models share."""
 
 from __future__ import annotations
 

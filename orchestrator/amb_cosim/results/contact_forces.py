@@ -1,11 +1,12 @@
-"""Normal contact forces at a site over a run: the largest, the largest mean over a millisecond, and the impulse.
+"""Normal contact force at a site over a run: its largest value, its largest mean over a millisecond, its impulse.
 
-The plant outputs the force between samples: `f_n_peak` is the largest force of a step, without the impulses of impacts,
-and `f_n_mean` its mean over the step, including them. For an FMU without these, samples `f_n` and impulses are used;
-`is_sampled` reports that. A thinned record contains them for every step, see `at_every_step`.
+The plant outputs what the force does between samples: `f_n_peak` is the largest force in a step, excluding the impulses
+of impacts, and `f_n_mean` is the mean over the step, including them. If an FMU lacks these outputs, the samples `f_n`
+and the impulses are used instead, and `is_sampled` reports this. A thinned record contains these quantities for every
+step (see `at_every_step`).
 
-A peak depends on the hardness of the model's contact: it grows with the number of modes and nodes of the rotor, and an
-impulse has no peak. The force averaged over `WINDOW` converges.
+A peak depends on how hard the contact is in the model: it grows with the numbers of modes and nodes of the rotor, and
+an impulse has no peak. By contrast, the force averaged over `WINDOW` converges as these numbers increase.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def is_sampled(dataset: Signals, site: str) -> bool:
 
 
 def peaks(dataset: Signals, site: str) -> Array | None:
-    """Return the largest normal force (N) between samples, or its samples; None if neither was recorded."""
+    """Return the largest normal force (N) between samples, or the force at samples; None if neither was recorded."""
     return _largest_between(dataset, _peaks(at_every_step(dataset), site))
 
 
@@ -40,30 +41,30 @@ def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.
 
 
 def averaged_force(dataset: Signals, site: str) -> Array | None:
-    """Return the normal force (N) averaged over `WINDOW`, including impacts: the largest mean between samples."""
+    """Return the largest mean normal force (N) over `WINDOW` since the previous sample, including impacts."""
     return _largest_between(dataset, _averaged(at_every_step(dataset), site))
 
 
 def largest_averaged_force(dataset: Signals, site: str) -> float | None:
-    """Return the largest normal force (N) at a site averaged over `WINDOW`, including impacts, from cycle 0 on."""
+    """Return the largest mean normal force (N) over `WINDOW` at a site from cycle 0 on, including impacts."""
     steps = at_every_step(dataset)
     return largest(steps, _averaged(steps, site))
 
 
 def received_impulse(dataset: Signals, site: str) -> Array | None:
-    """Return the normal impulse (N s) of forces and impacts at a site, accumulated from the first sample to each."""
+    """Return the normal impulse (N s) of forces and impacts at a site from the first sample up to each sample."""
     return _at_samples(dataset, _accumulated_impulse(at_every_step(dataset), site))
 
 
 def touches(dataset: Signals, site: str) -> Bools:
-    """Return the samples in contact at a site, or after a step with contact or an impact; none if not recorded."""
+    """Return which samples are in contact at a site, or follow a step with contact or impact; none if not recorded."""
     recorded = (signal(dataset, f"{site}.{name}") for name in ("mode", "impulse", "f_n_peak"))
     touching = (values > 0.0 for values in recorded if values is not None)
     return reduce(np.logical_or, touching, np.zeros(dataset.sizes["time"], bool))
 
 
 def largest(dataset: Signals, values: Array | None, begin: float = 0.0, end: float = np.inf) -> float | None:
-    """Return the largest of the values at samples between two cycles, from cycle 0 on; None if there are none."""
+    """Return the largest value at the samples between two cycles, not before cycle 0; None if there are none."""
     first, stop = np.searchsorted(cycles(dataset), (max(begin, 0.0), end))
     return None if values is None or first >= stop else float(values[first:stop].max())
 
@@ -94,7 +95,7 @@ def _accumulated_impulse(dataset: Signals, site: str) -> Array | None:
 
 
 def _largest_between(dataset: Signals, values: Array | None) -> Array | None:
-    """Return the largest value of the steps up to each sample of a record; the samples are among the steps."""
+    """Return the largest value in the steps since the previous sample, for each sample; each sample is also a step."""
     steps = at_every_step(dataset)
     if values is None or steps is dataset or not dataset.sizes["time"]:
         return values
@@ -103,7 +104,7 @@ def _largest_between(dataset: Signals, values: Array | None) -> Array | None:
 
 
 def _at_samples(dataset: Signals, values: Array | None) -> Array | None:
-    """Return values of every step at the samples of a record, which are among the steps."""
+    """Return the values of those steps that are samples of a record; each sample is also a step."""
     steps = at_every_step(dataset)
     if values is None or steps is dataset:
         return values

@@ -1,4 +1,4 @@
-"""Contact of the rotor over a run: peaks, contact states, recovery, rolling; from a data set.
+"""Contact of the rotor over a run, computed from its data set: peaks, contact states, recovery and rolling.
 
 Every function returns None if the data set lacks the required variables.
 """
@@ -36,7 +36,7 @@ def peak(dataset: Signals, name: str) -> float | None:
 
 
 def touchable(dataset: Signals) -> list[str]:
-    """Return the retainer bearings and other touched sites (without retainers, all sites), and touched faces."""
+    """Return the retainers and the other touched sites (without retainers, all sites), then the touched faces."""
     others, retainers = places(dataset).others, places(dataset).retainers
     touched = [site for site in others if peak_force(dataset, site) or peak(dataset, f"{site}.impulse")]
     faces = [face for face in places(dataset).faces if peak_force(dataset, face)]
@@ -44,7 +44,7 @@ def touchable(dataset: Signals) -> list[str]:
 
 
 def loaded_interval(dataset: Signals) -> tuple[float, float]:
-    """Return the cycles of disturbance and relief; 0 and infinity if there are none."""
+    """Return the cycles of the disturbance (0 if there is none) and of the relief (infinity if there is none)."""
     return float(dataset.attrs.get("disturbance_cycle", 0.0)), float(dataset.attrs.get("relief_cycle", np.inf))
 
 
@@ -95,35 +95,36 @@ def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
 
 
 def recovered(dataset: Signals) -> bool | None:
-    """Return whether the rotor stays free of contact: five cycles follow the last contact, and it is stable.
+    """Return whether the rotor is stable and at least five cycles have passed since its last contact.
 
-    The result is also false if the run ends too early to decide, see `recovery`. A rotor that never touched has
-    recovered. A rotor that touched after all magnets lost their power has not, since nothing keeps it from its
-    retainers.
+    The result is also false if the run ends too early to decide (see `recovery`). A rotor that never touched has
+    recovered. A rotor that touched after all magnets lost their power has not recovered, because nothing keeps it off
+    its retainers.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[0]
 
 
 def recovery(dataset: Signals) -> Recovery | None:
-    """Return the outcome of the run; None if it ends free without a disturbance, or if contact was not recorded.
+    """Return the outcome; None if the run ends without contact and had no disturbance, or contact was not recorded.
 
-    `stator` means that the rotor has touched the stator of a magnetic bearing at any time, and `unstable` that it
-    diverges without contact although magnets are energised, see `stability`. Among the other rotors that have not
-    `recovered`, one whose magnets have no power at the end has `landed` on its retainers, even if it bounces or floats
+    `stator` means that the rotor has touched the stator of a magnetic bearing at any time. `unstable` means that it
+    diverges without contact although magnets are energised (see `stability`). If neither applies and the rotor has not
+    `recovered`, it has `landed` on its retainers if its magnets have no power at the end, even if it bounces or floats
     between them. A rotor with energised magnets is `trapped` if contact outlasts its excitation:
 
         C > E - 1 cycle,    N(E) - N(L) >= 10 turns
 
-    C is the last contact, E the end, N the number of turns, L the last event or point of the speed, or cycle 0 if that
-    is later. A rotor that rolls at the end through a turn of whirl is trapped at once, since the spin drives the whirl.
-    Any other outcome is `undecided`, because the run ends too early. All of these apply with or without a disturbance.
-    In the remaining cases, `prevented` means no contact after the disturbance, and `recovered` that contact has ended.
+    C is the cycle of the last contact, E the end of the run, N the number of turns, and L the last event or speed
+    point, or cycle 0 if that is later. A rotor that is rolling at the end, and has whirled through a turn since it
+    began to roll, counts as trapped at once, because the spin drives the whirl. Any other outcome is `undecided`,
+    because the run ends too early. These outcomes apply with or without a disturbance. In the remaining cases,
+    `prevented` means that there was no contact after the disturbance, and `recovered` means that contact has ended.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
 
 def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Recovery | None]:
-    """Return `recovered` and `recovery` after the last contact, in cycle `last`, or None if there is none."""
+    """Return `recovered` and `recovery`, given the cycle `last` of the last contact, which is None without contact."""
     if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
         return None, None
     disturbance, power_lost = dataset.attrs.get("disturbance_cycle"), power_lost_at(dataset)
@@ -149,7 +150,7 @@ def touches_at_the_end(dataset: Signals, last: float) -> bool:
 
 
 def turns_since_change(dataset: Signals) -> float:
-    """Return the turns from the last event, point of the speed or cycle 0 to the end; cycles if it does not rotate."""
+    """Return the turns since the last event, speed point or cycle 0, or the cycles if the rotor ends at rest."""
     cycle, Omega = cycles(dataset), speed(dataset)
     stands = abs(Omega[-1]) < STANDING * np.abs(Omega).max()
     turned = cycle if stands else turns(dataset)
@@ -157,13 +158,13 @@ def turns_since_change(dataset: Signals) -> float:
 
 
 def _stays(dataset: Signals, last: float) -> bool:
-    """Return whether a rotor with energised magnets and its last contact in cycle `last` is trapped, see `recovery`."""
+    """Return whether a rotor whose magnets are energised is trapped; `last` is the cycle of its last contact."""
     lasts = turns_since_change(dataset) >= TRAPPED_TURNS - ON_THE_GRID
     return (touches_at_the_end(dataset, last) and lasts) or bool(rolls_at_the_end(dataset))
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
-    """Return the mean whirl speed (rad/s) in contact at a site over the last cycle; None if free at the end."""
+    """Return the mean whirl speed (rad/s) in contact at a site over the last cycle; None if the rotor ends free."""
     dataset = at_every_step(dataset)
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
     if mode is None or whirl is None or not len(mode) or mode[-1] == FREE:
@@ -172,26 +173,26 @@ def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
 
 
 def rolling_from(dataset: Signals) -> float | None:
-    """Return the first cycle from which the rotor rolls on a site through a net turn of whirl without a break."""
+    """Return the first cycle from which the rotor rolls on a site without a break for at least a net turn of whirl."""
     return min((r.start for r in _rolled(dataset) if r.whirled >= 2.0 * np.pi), default=None)
 
 
 def rolls_at_the_end(dataset: Signals) -> list[str]:
-    """Return the sites on which the rotor rolls to the last step, through a net turn of whirl or more."""
+    """Return the sites on which the rotor is still rolling at the last step, after at least a net turn of whirl."""
     return [r.site for r in _rolled(dataset) if r.to_the_end and r.whirled >= 2.0 * np.pi]
 
 
 def rolling_on_race_from(dataset: Signals) -> float | None:
-    """Return the first cycle from which the rotor rolls with a turning race for a turn of the race or more.
+    """Return the first cycle from which the rotor rolls with a turning race for at least one turn of the race.
 
-    Meanwhile the rotor whirls less than a turn: it lies on the race, or swings.
+    Meanwhile the rotor whirls by less than a turn, because it lies on the race or swings.
     """
     with_race = (r.start for r in _rolled(dataset) if r.whirled < 2.0 * np.pi <= r.race_turned)
     return min(with_race, default=None)
 
 
 class _Rolling(NamedTuple):
-    """A period of rolling at a site: its first cycle, net angles (rad) of whirl and race, and whether it lasts."""
+    """A period of rolling at a site: first cycle, net angles (rad) of whirl and race, whether it lasts to the end."""
 
     site: str
     start: float

@@ -1,4 +1,4 @@
-"""The share of the contact force at frequencies beyond the reduced rotor's range."""
+"""The share of the contact force above the frequency up to which the reduced rotor is accurate."""
 
 from __future__ import annotations
 
@@ -18,25 +18,26 @@ _SEGMENT = 256  # samples of a spectrum; of several, half overlapping, the mean 
 
 
 def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
-    """Return the share of the power of the normal contact force above the frequency up to which the reduction is valid.
+    """Return how much of the normal contact force's power is above the frequency up to which the reduction is valid.
 
         share = sum(S(omega), omega > valid_to) / sum(S(omega))
 
-    S is the power spectrum of `f_n`, by Welch's method, from cycle 0 on, up to half the sampling frequency. S does not
-    include the impulses of impacts, which have equal power at all frequencies.
+    S is the power spectrum of `f_n` from cycle 0 on, estimated by Welch's method up to half the sampling frequency. S
+    does not include the impulses of impacts, which have equal power at all frequencies.
 
     Returns
     -------
     dict
-        By site, see `contact_history.touchable`, without faces; None if the rotor's FMU does not state the frequency up
-        to which its reduction is valid, or the force was not recorded at every step, or is zero.
+        The share at each site of `contact_history.touchable` other than faces. It is None if the rotor's FMU does not
+        state the frequency up to which its reduction is valid, or if the force is zero or was not recorded at every
+        step.
     """
     faces = places(dataset).faces
     return {site: _share(dataset, site) for site in touchable(dataset) if site not in faces}
 
 
 def warnings_beyond_reduction(dataset: Signals) -> list[str]:
-    """Return a sentence if at a site more than `WARNED_SHARE` of the contact force's power is beyond the reduction."""
+    """Return a sentence if, at any site, more than `WARNED_SHARE` of the force's power is beyond the reduction."""
     shares = {site: share for site, share in share_beyond_reduction(dataset).items() if share is not None}
     warned = [f"{name_label(site)} {100.0 * share:.3g} %" for site, share in shares.items() if share > WARNED_SHARE]
     if not warned:
@@ -65,10 +66,10 @@ def _share(dataset: Signals, site: str) -> float | None:
 
 
 def _spectrum(values: Array, h: float) -> tuple[Array, Array]:
-    """Return frequencies (rad/s) and the power at them, up to a factor.
+    """Return frequencies (rad/s) and the power at each of them, up to a constant factor.
 
-    They equal the results of `scipy.signal.welch`, which takes longer to import than a run, except that remaining
-    samples at the end have their own segment.
+    The results are those of `scipy.signal.welch`, except that samples left over at the end have their own segment.
+    SciPy is not used because importing it takes longer than a run.
     """
     size = min(_SEGMENT, len(values))
     last = len(values) - size

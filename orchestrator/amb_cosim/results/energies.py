@@ -1,4 +1,4 @@
-"""Energies of the rotor over a run, from a data set."""
+"""Energies of the rotor over a run, computed from a data set."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def energies(dataset: Signals) -> dict[str, Array] | None:
 
 
 def spin_energy(dataset: Signals) -> Array | None:
-    """Return the energy (J) of a free spin at each sample, which `energy.kinetic` includes; None for a driven spin.
+    """Return the energy (J) of a free spin at each sample, a part of `energy.kinetic`; None if the spin is driven.
 
     1/2 I_p Omega^2
     """
@@ -36,10 +36,10 @@ def spin_energy(dataset: Signals) -> Array | None:
 
 
 def energy_balance(dataset: Signals) -> tuple[dict[str, float] | None, float | None, float | None]:
-    """Return heat, work and `balance` (J), and the balance relative to the largest of all energies and to the heat.
+    """Return heat, work and `balance` (J), then the ratios of the balance to the largest energy and to the heat.
 
-    `balance` is the largest difference of gain and work from cycle 0 on. The largest energy may be the energy of the
-    spin, which hides the error. A ratio to zero is None.
+    `balance` is the largest difference between the energy gained and the work done from cycle 0 on. The largest energy
+    may be that of the spin, in which case the first ratio hides the error. A ratio is None if its denominator is zero.
     """
     dataset = at_every_step(dataset)
     series = energies(dataset)
@@ -54,5 +54,5 @@ def energy_balance(dataset: Signals) -> tuple[dict[str, float] | None, float | N
 
 
 def heat_of(energy: dict[str, float]) -> float:
-    """Return the heat (J) of `energy_balance`, by the size of its parts: a rule of impacts may create energy."""
+    """Return the sum (J) of the magnitudes of the heats; the heat of impacts is negative if they create energy."""
     return sum(abs(energy[name]) for name in HEAT)

@@ -1,13 +1,14 @@
 """The strongest vibration in sampled motion that is not periodic with the rotation.
 
-A Hann window of n samples over N turns has lines k/N of the speed, and a vibration covers five of them, within
-`LOBE` = 2. The strongest line k that is farther from every multiple of the speed, 0 included, gives the frequency f of
-a vibration that rotation does not force, between this line and its larger neighbour k + s:
+The spectrum of n samples over N turns, with a Hann window, has lines at k/N of the speed. A vibration covers five of
+them, up to `LOBE` = 2 lines on either side of the strongest. The strongest line k that is farther than this from every
+multiple of the speed, including 0, belongs to a vibration that rotation does not force. Its frequency f lies between
+this line and its larger neighbour k + s:
 
     f N = k + s (2 r - 1)/(r + 1),    r = |W_(k+s)|/|W_k|                                         (1)
 
-The amplitudes of the vibration follow from a fit, with mean and harmonics of the speed, to each half of the samples.
-The fit separates frequencies that share lines.
+The amplitudes of the vibration are found by fitting it, together with the mean and the harmonics of the speed, to each
+half of the samples. The fit separates frequencies that share lines.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ HARMONICS = 4  # of the forced motion in the fit
 
 
 class FreeVibration(NamedTuple):
-    """Rms (m) of the vibration in the first and in the second half of the samples, and of all motion in the second."""
+    """Rms (m) of the vibration in the first and second halves of the samples, and of all motion in the second half."""
 
     before: float
     after: float
@@ -38,7 +39,7 @@ def free_vibration(motion: Array, turns: float) -> FreeVibration | None:
     motion
         Equally spaced samples of some signals (m), shape (n, signals).
     turns
-        Turns of the rotor in them; 0 for a rotor that does not rotate.
+        Turns of the rotor during these samples; 0 for a rotor that does not rotate.
     """
     n = len(motion)
     W = np.fft.rfft(np.hanning(n)[:, None] * (motion - motion.mean(axis=0)), axis=0)

@@ -1,17 +1,18 @@
-"""Whether sampled motion contains a part that grows exponentially, at any phase and number of periods.
+"""Whether sampled motion contains a part that grows exponentially, whatever its phase and number of periods.
 
 Free motion of a linear machine, with its steady orbit, rest position and drift, is
 
     y(k) = sum_i c_i z_i^k + a + b k,    k = 0 ... n - 1                                          (1)
 
-The poles z_i are the eigenvalues of the matrix pencil of windows of the samples, which all signals share (Y. Hua, T. K.
-Sarkar, Matrix pencil method for estimating parameters of exponentially damped/undamped sinusoids in noise, IEEE Trans.
-Acoustics, Speech and Signal Processing 38 (1990) 814-824). The amplitudes c_i, a and b are fitted by least squares.
-Sampling preserves |z_i| even of vibrations faster than half the sample rate.
+All signals share the poles z_i, which are the eigenvalues of a matrix pencil built from windows of the samples (Y. Hua,
+T. K. Sarkar, Matrix pencil method for estimating parameters of exponentially damped/undamped sinusoids in noise, IEEE
+Trans. Acoustics, Speech and Signal Processing 38 (1990) 814-824). The amplitudes c_i, a and b are fitted by least
+squares. Sampling preserves |z_i| even of vibrations faster than half the sample rate.
 
-A pole grows if it multiplies the mean square by 1.5 from the first third of the time to the last, |z_i|^n > 1.5^(3/4).
-Slow motion over less than a period, and noise, can be fitted by a growing pole as well as by others. Growth therefore
-counts only if (1), with these poles moved to the unit circle, leaves a residual with over 1.5 times the mean square.
+A pole counts as growing if it multiplies the mean square by more than 1.5 from the first third of the time to the last,
+that is, if |z_i|^n > 1.5^(3/4). Noise, and slow motion over less than a period, can be fitted by a growing pole as well
+as by another pole. Growth therefore counts only if moving the growing poles to the unit circle increases the mean
+square of the residual of (1) by a factor of more than 1.5.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ MOST_POLES, RANK = 24, 1e-8  # number, and singular value over the largest
 
 
 def grows(motion: Array, rest: float) -> bool:
-    """Return whether a part of the motion grows by (1), and exceeds rest in the last third of the time.
+    """Return whether a part of the motion grows according to (1) and exceeds `rest` in the last third of the time.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ def grows(motion: Array, rest: float) -> bool:
 
 
 def _has_growing_part(motion: Array, rest: float) -> bool:
-    """Return whether motion about its mean contains a growing part above rest."""
+    """Return whether the motion about its mean contains a growing part that exceeds `rest`."""
     n = len(motion)
     z = _poles(motion)
     growing = n * np.log(np.abs(z)) > 0.75 * math.log(GROWTH)
@@ -74,7 +75,7 @@ def _poles(motion: Array) -> Complex:
 
 
 def _fit(z: Complex, motion: Array) -> tuple[Complex, Complex, float]:
-    """Return the terms of (1), scaled to 1 at the end for growing poles, amplitudes, and the residual's mean square."""
+    """Return the terms of (1), the amplitudes, and the mean square of the residual; growing terms end at 1."""
     n = len(motion)
     k = np.arange(n)[:, None]
     exponents = np.where(np.abs(z) > 1.0, k - (n - 1), k)

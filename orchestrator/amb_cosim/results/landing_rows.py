@@ -44,7 +44,7 @@ def whirl_text(fall: Touchdown) -> str:
 
 
 def _temperature(dataset: Signals, fall: Touchdown) -> str:
-    """Return the highest temperature and its site, or the parameter that it requires."""
+    """Return the highest temperature and its site or, if it was not computed, the reason."""
     temperatures = {site: item.temperature for site, item in fall.retainers.items() if item.temperature is not None}
     if not temperatures:
         site = next(iter(fall.retainers))

@@ -40,7 +40,7 @@ def magnet_force(dataset: Signals, axis: str) -> Array | None:
 
 
 def is_magnetic(dataset: Signals, bearing: str) -> bool:
-    """Return whether a bearing is ever energised, and a current or force of it that is not always zero was recorded."""
+    """Return whether a bearing is ever energised and has a recorded current or force that is not always zero."""
     axes = [f"{bearing}.{axis}" for axis in places(dataset).directions(bearing)]
     signals = (of(dataset, axis) for of in (control_current, magnet_force) for axis in axes)
     has_power = not all(amplifier_off(dataset, axis).all() for axis in axes)
@@ -65,7 +65,8 @@ def coil_limits(p: Mapping[str, float]) -> Limits:
     Parameters
     ----------
     p
-        Parameters of an axis as `magnet_parameters` returns them; I_m, the part of permanent magnets, may be missing.
+        Parameters of an axis as `magnet_parameters` returns them; I_m, the contribution of permanent magnets, may be
+        missing.
     """
     bias, limit, permanent = p["bias_current"], p["current_limit"], p.get("permanent_bias", 0.0)
     operating, least, most = p["static_current"] + bias, max(0.0, permanent - limit), permanent + limit
@@ -73,7 +74,7 @@ def coil_limits(p: Mapping[str, float]) -> Limits:
 
 
 def magnet_parameters(dataset: Signals, axis: str) -> dict[str, float]:
-    """Return the parameters of an axis of the actuator, `BEARING.x`, by their names without bearing and axis."""
+    """Return the actuator's parameters for an axis, `BEARING.x`, by their names without the bearing and the axis."""
     bearing, _, direction = axis.rpartition(".")
     prefix, suffix = f"{bearing}.", f"_{direction}"
     return {
@@ -84,12 +85,12 @@ def magnet_parameters(dataset: Signals, axis: str) -> dict[str, float]:
 
 
 def force_limits(dataset: Signals, axis: str) -> Limits | None:
-    """Return the smallest and largest force (N) of an axis at its centre; None if unknown.
+    """Return the smallest and largest force (N) of an axis with the rotor centred; None if unknown.
 
         P = B^2 A_e cos(phi)/mu_0,   B = min(B_sat, mu_0 N (I_max + I_m)/l);   -P - F_0 <= F <= P - F_0         (2.6)
 
-    One coil pair pulls with the largest force that iron, amplifier and permanent magnets (I_m) allow, and the
-    other does not pull. F_0 is the static load, which a force without its static part excludes.
+    One coil pair pulls with the largest force that the iron, the amplifier and the permanent magnets (I_m) allow, while
+    the other does not pull. F_0 is the static load if the recorded force excludes its static part, and otherwise 0.
     """
     p = magnet_parameters(dataset, axis)
     if not {"turns", "pole_area", "gap", "half_angle", "bias_current", "static_current", "current_limit"} <= p.keys():

@@ -26,7 +26,7 @@ from array_types import Array
 
 
 class Use(NamedTuple):
-    """The largest share of a limit, the value with this share, the limit, and the axis."""
+    """The largest share of a limit that is used, the value that uses it, the limit, and the axis."""
 
     share: float
     value: float
@@ -35,7 +35,7 @@ class Use(NamedTuple):
 
 
 def magnet_use_rows(dataset: Signals) -> Iterator[tuple[str, str]]:
-    """Yield labels and texts of the largest current and force of all energised axes, from cycle 0 on."""
+    """Yield labels and texts for the largest current and force over all energised axes, from cycle 0 on."""
     current = largest_use(dataset, flowing_current, allowed_currents)
     if current is not None:
         value, limit = f"{abs(current.value):.3g}", f"{abs(current.limit):.3g}"

@@ -22,7 +22,7 @@ GOOD, BAD_COLOUR, OTHER = "#009e73", "#d55e00", "#0072b2"  # of verdicts
 
 
 def html_of(dataset: Signals, summary: Summary, outcome: Outcome) -> str:
-    """Return verdict, figures and table of a run as HTML."""
+    """Return the verdict, figures and table of a run as HTML."""
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.style import png
     from amb_cosim.presentation.text_tables import exported, show_warnings

@@ -34,10 +34,10 @@ _ENOUGH_SAMPLES = 20  # of a turn, whose largest radius is that of its ellipse w
 
 
 def path(dataset: Signals, place: str) -> Path | None:
-    """Return the displacement x and y (m) at a bearing, or at a site from the centre of its retainer, shape (2, n).
+    """Return x and y (m) at a bearing, or at a site relative to the centre of its retainer, shape (2, n).
 
-    If an FMU does not output the displacement at a site, the displacement at the retainer's bearing or at the sensor
-    plane there is used.
+    If an FMU does not output the displacement at a site, the displacement at the bearing that the retainer protects is
+    used or, without such a bearing, the displacement at the site's sensor plane.
     """
     rotor_places = places(dataset)
     bearing = rotor_places.retainers.get(place, "")
@@ -51,7 +51,7 @@ def path(dataset: Signals, place: str) -> Path | None:
 
 
 def centre(dataset: Signals, site: str) -> Path:
-    """Return the centre of a retainer, from its offset and the motion of its housing, shape (2, n) (m)."""
+    """Return the centre (m) of a retainer, given by its offset and the motion of its housing, shape (2, n)."""
     values, size = parameters(dataset), dataset.sizes["time"]
     housing = displacements(dataset, f"{site}.housing_x", f"{site}.housing_y")
     offset = np.array([[float(values.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
@@ -65,12 +65,12 @@ def path_at_rest(dataset: Signals, place: str) -> Path | None:
 
 
 def upright(dataset: Signals) -> complex:
-    """Return the factor of x + j y that turns a motion until gravity points downwards, as the live page shows it.
+    """Return the complex factor that turns x + j y so that gravity points downwards, as on the live page.
 
         exp(-j (pi/2 + a)),    a: `gravity_angle`, the direction of gravity from x towards y
 
-    Magnets often stand at 45 degrees to the vertical. The factor also applies to a rotor whose gravity is left out. The
-    factor is 1 without an angle, and for an upright rotor, in whose plane of motion no direction is up.
+    The axes of magnets are often at 45 degrees to the vertical. The factor applies even if the gravity on the rotor is
+    left out. It is 1 if no angle is given, and for a vertical shaft, because no direction in its plane of motion is up.
     """
     angle, down = parameters(dataset).get("gravity_angle"), np.sign(gravity_across(dataset) or 1.0)
     if angle is None or is_upright(dataset):
@@ -80,7 +80,7 @@ def upright(dataset: Signals) -> complex:
 
 
 def is_upright(dataset: Signals) -> bool:
-    """Return whether the shaft is vertical: by its tilt, or by a stated gravity of 0."""
+    """Return whether the shaft is vertical, according to its tilt or to a stated gravity of 0."""
     if gravity_across(dataset):
         return False
     stated = dataset.attrs.get("scenario_data", "{}")  # JSON, unless the result is only judged
@@ -89,7 +89,7 @@ def is_upright(dataset: Signals) -> bool:
 
 
 def gravity_across(dataset: Signals) -> float:
-    """Return the gravity across the shaft (m/s^2); a shaft that can move along its axis may be tilted."""
+    """Return the gravity across the shaft (m/s^2), which may be tilted if it can move along its axis."""
     values = parameters(dataset)
     gravity, tilt = float(values.get("gravity") or 0.0), float(values.get(f"{places(dataset).thrust}.tilt") or 0.0)
     across = gravity * float(np.cos(tilt))
@@ -97,7 +97,7 @@ def gravity_across(dataset: Signals) -> float:
 
 
 def turned_upright(dataset: Signals, motion: Path) -> Path:
-    """Return a displacement, shape (2, n), to the right and upwards, see `upright`."""
+    """Return the components of a displacement to the right and upwards, shape (2, n); see `upright`."""
     z = upright(dataset) * (motion[0] + 1j * motion[1])
     return np.array([z.real, z.imag])
 
@@ -108,13 +108,13 @@ def directions(dataset: Signals) -> tuple[str, str]:
 
 
 def radius(dataset: Signals, place: str) -> Array | None:
-    """Return the radial displacement (m) at a bearing, or at a site from the centre of its retainer; see `path`."""
+    """Return the radial displacement (m) at a bearing, or at a site relative to its retainer's centre; see `path`."""
     motion = path(dataset, place)
     return None if motion is None else np.hypot(*motion)
 
 
 def moving_places(dataset: Signals) -> tuple[str, ...]:
-    """Return the bearings, and the retainers outside the plane of their bearing."""
+    """Return the bearings, and the retainers that are not in the plane of their bearing."""
     rotor_places = places(dataset)
     return (*rotor_places.bearings, *rotor_places.apart)
 
@@ -142,11 +142,11 @@ def orbit_largest(dataset: Signals) -> dict[str, float | None]:
 
 
 def notices_of_start(dataset: Signals) -> list[str]:
-    """Return a sentence if a largest radius belongs to a transient at the start, which has not settled.
+    """Return a sentence if the largest radius at a place belongs to a starting transient that has not settled.
 
         R_k: largest radius in cycle k,    R_(k+1) < 0.95 R_k for k = 0 to n - 1,    R < 0.95 R_0 from cycle n on
 
-    Only cycles before the first event and the first contact are compared, if they contain sufficiently many samples.
+    Only cycles before the first event and the first contact are compared, and only if cycle 0 contains enough samples.
     """
     cycle, state = cycles(dataset), signal(dataset, "contact_state")
     events = [float(dataset.attrs.get(f"{role}_cycle", np.inf)) for role in ROLES]
@@ -175,7 +175,7 @@ def notices_of_samples(dataset: Signals) -> list[str]:
 
         1 - |r_n|/max |r| <= 1 - cos(pi/n),    n = 2 pi/(max |Omega| h)                              (1)
 
-    for n samples, h apart, in a turn of a synchronous ellipse; n >= 3.
+    where a turn of a synchronous ellipse contains n >= 3 samples that are h apart.
     """
     every = thinning(dataset)
     if every == 1:
@@ -193,8 +193,8 @@ def notices_of_samples(dataset: Signals) -> list[str]:
 def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
     """Return the synchronous amplitude (mm) at each of `moving_places`, `before` the change and at the `end`.
 
-    It is None if the motion is not synchronous, that is, if the ellipses of the last two revolutions differ by more
-    than `STEADY`. A whirl at another frequency leaks into the ellipse of a single revolution.
+    An amplitude is None if the motion is not synchronous, that is, if the ellipses of the last two revolutions differ
+    by more than `STEADY`. A whirl at another frequency leaks into the ellipse of a single revolution.
     """
 
     def in_mm(place: str, when: When) -> float | None:
@@ -208,15 +208,15 @@ def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
 def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> float | None:
     """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end`.
 
-    The change is defined in `signal_arrays.change`. The amplitude belongs to the last full revolution before it;
-    without such a revolution it is None.
+    The change is defined in `signal_arrays.change`. The amplitude is that of the last full revolution before the change
+    or the end; it is None without such a revolution.
     """
     circles = _circles(dataset, motion, when)
     return None if circles is None else float(np.abs(circles).sum())
 
 
 def _is_steady(dataset: Signals, motion: Path | None, when: When) -> bool:
-    """Return whether the ellipses of the last two revolutions agree, or there is only one."""
+    """Return whether the ellipses of the last two revolutions agree within `STEADY`, or one of them is missing."""
     last, before = (_circles(dataset, motion, when, back) for back in (0.0, 1.0))
     if last is None or before is None:
         return True
@@ -224,7 +224,7 @@ def _is_steady(dataset: Signals, motion: Path | None, when: When) -> bool:
 
 
 def _circles(dataset: Signals, motion: Path | None, when: When, back: float = 0.0) -> Complex | None:
-    """Return the `synchronous_circles` of the revolution that ends `back` turns earlier; None if it is missing."""
+    """Return the `synchronous_circles` of the revolution that ends `back` turns before `when`; None if missing."""
     revolutions = turns(dataset)
     at = change(dataset) if when == "before" else np.inf
     if motion is None or at is None or not len(revolutions):
@@ -238,7 +238,7 @@ def _circles(dataset: Signals, motion: Path | None, when: When, back: float = 0.
 
 
 def synchronous_circles(x: Array, y: Array, theta: Array) -> Complex:
-    """Fit the forward and the backward circle, (z_f, z_b), of the ellipse on which a point moves with the rotor.
+    """Fit the forward and backward circles, (z_f, z_b), of the ellipse that a point describes in each revolution.
 
         x + j y ~ z_0 + z_f exp(j theta) + z_b exp(-j theta),       a = abs(z_f) + abs(z_b)
 
@@ -251,7 +251,7 @@ def synchronous_circles(x: Array, y: Array, theta: Array) -> Complex:
     x, y
         Displacement at each sample of a turn, shape (n,), n >= 3 (m).
     theta
-        Angle of the rotor there, shape (n,) (rad).
+        Angle of the rotor at each sample, shape (n,) (rad).
     """
     basis = np.exp(1j * np.outer(theta, [0.0, 1.0, -1.0]))
     (_, forward, backward), *_ = np.linalg.lstsq(basis, x + 1j * y, rcond=None)

@@ -23,27 +23,30 @@ class RotorPlaces:
     """Bearings and contact sites, in the order of the plant's variables.
 
     bearings
-        Each bearing with its retainer, the site where the rotor touches down in it; empty if it has none.
+        Each bearing with its retainer, which is the site where the rotor touches down in that bearing; empty if it has
+        none.
     sites
         All contact sites.
     measured
-        The displacements x and y of each site in a sensor plane, other than retainers, by their names.
+        The names of the displacements x and y of each site that lies in a sensor plane and is not a retainer.
     apart
         The retainers outside the plane of their bearing, where the motion differs.
     valid_to
         Frequency up to which the reduced rotor is accurate (rad/s); None if not stated.
     magnetic
-        The bearings that exert a force, the axial one among them; on others, controller and actuator have no effect.
+        The bearings that exert a force, including the axial one; the controller and the actuator have no effect on
+        others.
     stators
-        Each contact site in a stator bore, with the bearing of that stator.
+        Each contact site in a stator bore, with the bearing to which that stator belongs.
     second
-        Each further retainer of a bearing that has one in `bearings`, with that bearing.
+        Each additional retainer, with its bearing, if `bearings` already contains a retainer of that bearing.
     z
         The position of each site on the shaft (m), if the plant states it.
     faces
-        Each face that stops the rotor along its shaft, with the retainer on which it lands; empty if it has none.
+        Each face that stops the axial motion of the rotor, with the retainer on which it lands (empty if there is
+        none).
     thrust
-        The disc of an axial bearing, which lets the rotor move along its shaft; empty if there is none.
+        The thrust disc of an axial bearing; a rotor with such a disc can move along its shaft. Empty if there is none.
     """
 
     bearings: Mapping[str, str]
@@ -60,7 +63,7 @@ class RotorPlaces:
 
     @property
     def magnets(self) -> tuple[str, ...]:
-        """All bearings that may have magnets: those across the shaft, then the axial one, if any."""
+        """All bearings that may have magnets: the radial ones, then the axial one, if any."""
         return *self.bearings, *([self.thrust] if self.thrust else [])
 
     @property
@@ -69,7 +72,7 @@ class RotorPlaces:
         return tuple(f"{bearing}.{axis}" for bearing in self.magnetic for axis in self.directions(bearing))
 
     def directions(self, bearing: str) -> str:
-        """Return the directions in which a bearing acts: z for the axial one."""
+        """Return the directions in which a bearing acts: z for the axial bearing, and x and y for all others."""
         return "z" if bearing == self.thrust else "xy"
 
     @property
@@ -98,7 +101,7 @@ class RotorPlaces:
         return (*together[:3], "both") if len(names) == 2 else tuple(together)
 
     def to_json(self) -> str:
-        """Return the text that `places` reads."""
+        """Return the places as the JSON text that `places` reads."""
         return json.dumps(vars(self))
 
 
@@ -128,9 +131,9 @@ def _read(text: str) -> RotorPlaces:
 
 
 def places_of(assembly: Assembly) -> RotorPlaces:
-    """Return the places of a system's plant from the layout in its FMU or else from the names of its variables.
+    """Return the places of a system's plant, read from its FMU's layout or, without one, from its variable names.
 
-    In that case the first retainer belongs to the first bearing, and so on. A run without a plant has no places.
+    In the latter case the first retainer belongs to the first bearing, and so on. A run without a plant has no places.
     """
     if PLANT not in assembly.interfaces:
         return RotorPlaces({}, ())
@@ -140,7 +143,7 @@ def places_of(assembly: Assembly) -> RotorPlaces:
 
 
 def _named_places(assembly: Assembly) -> RotorPlaces:
-    """Return the places without information from the wiring."""
+    """Return the places without using the system's connections."""
     fmu, plant = assembly.fmus.get(PLANT), assembly.interfaces[PLANT]
     layout = None if fmu is None else fmu.layout
     if layout is not None:

@@ -31,7 +31,7 @@ def without_power(dataset: Signals) -> Bools:
 
 
 def power_lost_at(dataset: Signals) -> float | None:
-    """Return the cycle from which no magnet has power until the end; None if one has power, or there are no magnets."""
+    """Return the cycle from which no magnet has power to the end; None if one has power then, or there are none."""
     off = without_power(dataset)
     if not off.any() or not off[-1]:
         return None
@@ -40,9 +40,9 @@ def power_lost_at(dataset: Signals) -> float | None:
 
 
 def with_power(warned: Iterable[WarningRecord], dataset: Signals) -> list[WarningRecord]:
-    """Return warnings of a run; a demand at its limit matters only while an amplifier is on.
+    """Return the warnings of a run, except those about demands that reach limits only while no amplifier is on.
 
-    With all amplifiers off the demand has no effect; the warning is omitted if it occurred at no other time.
+    A demand has no effect while all amplifiers are off, so a warning that occurred at no other time is omitted.
     """
     return [
         part

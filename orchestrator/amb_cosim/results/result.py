@@ -29,7 +29,7 @@ class Result(Run):
     outcome
         How it ended: `status` (completed, stopped, failed, interrupted), `time` (s), `component`, `reason`.
     checkpoints
-        States saved by `save_at`, by communication point; see `checkpoint`.
+        States saved at the times in `save_at`, by communication point; see `checkpoint`.
 
     Examples
     --------
@@ -46,7 +46,7 @@ class Result(Run):
         Raises
         ------
         ValueError
-            If there is none, or it is damaged.
+            If there is no result, or it is damaged.
         """
         file = Path(path) / RESULT if Path(path).is_dir() else Path(path)
         if not file.is_file():
@@ -81,7 +81,7 @@ class Result(Run):
 
     @cached_property
     def summary(self) -> Summary:
-        """Key values of the run, with units in the documentation of `Summary`; raises ValueError as `scenario` does."""
+        """Key values of the run, whose units `Summary` documents; raises ValueError as `scenario` does."""
         from amb_cosim.results.summary import summarise
 
         _ = self.scenario
@@ -114,7 +114,7 @@ class Result(Run):
         return Path(path)
 
     def to_mat(self, path: str | Path, *variables: str, begin: Raw | None = None, until: Raw | None = None) -> Path:
-        """Write variables as a MAT file, with underscores for the dots of names; see `plot` for the arguments."""
+        """Write variables as a MAT file, with underscores instead of dots in names; see `plot` for the arguments."""
         from amb_cosim.results.selection import select, to_mat
 
         to_mat(select(self.signals, variables, begin, until), Path(path))

@@ -1,13 +1,13 @@
-"""Rocking: motion of a rotor to and fro at the bottom of its retainers, where it stays.
+"""Rocking: to-and-fro motion of a rotor that stays at the bottom of its retainers.
 
 With z the displacement from the centre of a retainer and z_r its mean over the last quarter of the time, the swing is
 
     alpha = |arg(z conj(z_r))|                                                                    (1)
 
-To get around the retainer the rotor must pass its far side, alpha = pi. It rocks steadily if alpha stays below pi/2 in
-the last quarter, and would still do so if the run lasted twice as long and alpha grew as it grew from a_1 to a_2. Here
-a_1 and a_2 are the largest values of alpha in the two quarters before the last and in the last quarter. The middles of
-these intervals are 3/8 of the time apart:
+To travel around the retainer, the rotor must pass its far side, where alpha = pi. It rocks steadily if alpha stays
+below pi/2 in the last quarter, and would still do so in a run twice as long in which alpha continued to grow as it grew
+from a_1 to a_2. Here a_1 and a_2 are the largest values of alpha in the two quarters before the last and in the last
+quarter, respectively. The middles of these intervals are 3/8 of the time apart:
 
     a_2 max(1, a_2/a_1)^(8/3) < pi/2                                                              (2)
 
@@ -32,7 +32,7 @@ STEEPEST = 0.5 * math.pi  # rad
 
 
 def steady_swing(times: Array, z: Complex, clearance: float, gravity: float) -> float | None:
-    """Return the largest swing (rad) by (1) of steady rocking in the last quarter of the time; None for other motion.
+    """Return the largest swing (rad) by (1) in the last quarter of the time; None if the motion is not steady rocking.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Selection of variables and times of a run for a figure or a file, and the files: CSV and MAT."""
+"""Selects variables and times of a run for figures and files, and writes CSV and MAT files."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ def select(
     variables
         Names `component.variable`, with or without the component, and wildcards `*` and `?`: `left.x`, `*.f_n`.
     begin, until
-        Moments: a time (s), a text with its unit, or `cycle 5`; those of the record by default.
+        Beginning and end: a time (s), a text with its unit, or `cycle 5`; by default those of the record.
     figures
-        Names of figures, which an error suggests, too.
+        Names of figures, which an error message also suggests.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def select(
 
 
 def to_csv(selection: Selection, path: Path) -> None:
-    """Write a table: the time and the variables, a column each; the first row contains names and units."""
+    """Write a table with a column for the time and for each variable; its first row contains names and units."""
     columns = ["time", *selection.names]
     heading = ",".join(f'"{name} [{selection.unit(name)}]"' for name in columns)
     rows = np.column_stack([selection.values(name) for name in columns])
@@ -101,7 +101,7 @@ def to_csv(selection: Selection, path: Path) -> None:
 
 
 def mat_name(name: str) -> str:
-    """Return a name that MATLAB allows: underscores for all but ASCII letters and digits, beginning with a letter."""
+    """Return a name that MATLAB allows, which contains only ASCII letters, digits and _ and begins with a letter."""
     short = re.sub("[^A-Za-z0-9]", "_", name)
     return short if short[:1].isalpha() and short not in KEYWORDS else f"x_{short}"
 
@@ -112,7 +112,7 @@ def to_mat(selection: Selection, path: Path) -> None:
     Raises
     ------
     ValueError
-        If two variables would have the same name, or one is longer than MATLAB allows.
+        If two variables would have the same name, or a name is longer than MATLAB allows.
     """
     from scipy.io import savemat
 

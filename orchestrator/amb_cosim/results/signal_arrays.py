@@ -1,4 +1,4 @@
-"""Signals of a data set as arrays; None if not recorded."""
+"""Signals of a data set as arrays; a signal that was not recorded is None."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _CONTROL_ACTS = f"{CONTROLLER}.rolac_active"
 
 
 def finite_signals(dataset: Signals) -> tuple[Signals, tuple[str, ...]]:
-    """Return a record without the signals with values that are not finite or exceed `LARGEST`, and their names.
+    """Return a record without the signals whose values are not finite or exceed `LARGEST`, and those signals' names.
 
     FMUs and files from elsewhere may contain such values, from which no key value or limit of an axis can be computed.
     """
@@ -43,7 +43,7 @@ def _is_finite(values: NDArray[Any]) -> bool:
 
 
 def _samples(dataset: Signals, name: str) -> Samples:
-    """Return the samples of a signal, over the steps if its name ends accordingly."""
+    """Return the samples of a signal, with one value per step if its name ends in `AT_STEPS`."""
     values = dataset[name]
     return Samples(values.values, values.attrs, EACH_STEP if name.endswith(AT_STEPS) or name == EACH_STEP else "time")
 
@@ -56,9 +56,9 @@ def not_finite(left_out: Sequence[str]) -> str:
 
 
 def at_every_step(dataset: Signals) -> Signals:
-    """Return the values of every step in a thinned record, over `time` and `cycle`, or another data set unchanged.
+    """Return the values of every step of a thinned record, over `time` and `cycle`, or any other record unchanged.
 
-    Long runs contain rows of several steps, with the largest values, sums and means over these.
+    In a long run each row covers several steps, with the largest values, the sums or the means over them.
     """
     if EACH_STEP not in dataset:
         return dataset
@@ -84,7 +84,7 @@ def signal(dataset: Signals, name: str) -> NDArray[Any] | None:
 
 
 def flags(dataset: Signals, name: str) -> dict[int, str] | None:
-    """Return the names of the values of a variable of the plant; None if it was not recorded, or has none."""
+    """Return the names of the values of a plant variable; None if it was not recorded, or its values have no names."""
     label = f"{PLANT}.{name}"
     attributes = dataset[label].attrs if label in dataset else {}
     if "flag_meanings" not in attributes:
@@ -94,9 +94,10 @@ def flags(dataset: Signals, name: str) -> dict[int, str] | None:
 
 
 def shares_of_steps(dataset: Signals) -> dict[str, float] | None:
-    """Return the share of the steps from cycle 0 on for each method by which the plant computed them.
+    """Return the share of the steps from cycle 0 on that the plant computed by each method.
 
-    Names are those of the plant's output `solver.method`; None if it was not recorded, or cycle 0 was not reached.
+    The methods have the names of the plant's output `solver.method`. The result is None if this output was not
+    recorded, or cycle 0 was not reached.
     """
     names, dataset = flags(dataset, "solver.method"), at_every_step(dataset)
     methods = signal(dataset, "solver.method")
@@ -107,7 +108,7 @@ def shares_of_steps(dataset: Signals) -> dict[str, float] | None:
 
 
 def displacements(dataset: Signals, x: str, y: str) -> Path | None:
-    """Return two variables as x and y, shape (2, n), in their unit; None if one was not recorded."""
+    """Return two variables as x and y, shape (2, n), in their unit; None if either was not recorded."""
     x_samples, y_samples = signal(dataset, x), signal(dataset, y)
     return None if x_samples is None or y_samples is None else np.array([x_samples, y_samples], np.float64)
 
@@ -163,7 +164,7 @@ def turns(dataset: Signals) -> Array:
 
 
 def event_name(dataset: Signals, role: Role) -> str:
-    """Return the label of the event with a role in words, or the role if the run has no such event."""
+    """Return the label, in words, of the event that has a role, or the role itself if the run has no such event."""
     return str(dataset.attrs.get(f"{role}_label", role)).replace("_", " ")
 
 

@@ -1,8 +1,8 @@
-"""Whether a levitated rotor diverges: its orbit grows, or limits of its currents bound a self-excited vibration.
+"""Whether a levitated rotor diverges: its orbit grows, or current limits bound a self-excited vibration.
 
-The end of a run is judged: the time since the latest of the last change, the last contact and cycle 0, if it is at
-least `MIN_CYCLES`. Growth is judged only while nothing that excites the rotor from outside its loop changes
-(`_last_change_outside`).
+Only the end of a run is judged: the time since the last change, the last contact or cycle 0, whichever is latest. This
+time must be at least `MIN_CYCLES`. Growth is judged only while nothing that excites the rotor from outside its loop
+changes (`_last_change_outside`).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
 
 
 def last_change(dataset: Signals) -> float:
-    """Return the cycle of the last event or point of the speed within the run; 0 if there is none from cycle 0 on."""
+    """Return the cycle of the last event or speed point within the run; 0 if there is none from cycle 0 on."""
     end = float(cycles(dataset).max(initial=0.0))
     events = (float(dataset.attrs.get(name, 0.0)) for name in (LAST_CHANGE, *(f"{role}_cycle" for role in ROLES)))
     return max(0.0, *(min(event, end) for event in events if event <= end + ROUNDING))
@@ -64,16 +64,16 @@ def _since(cycle: Array, begin: float) -> slice:
 def orbit_grows(dataset: Signals, within: slice) -> bool:
     """Return whether a part of the motion at the bearings grows exponentially, as modes of an unstable loop do.
 
-    Steady orbits, drifts on a straight line, and orbits that approach another one do not grow (`results.growth`).
-    Samples are taken at equal angles of the shaft, so that a synchronous orbit appears steady while the speed varies by
-    up to 1 %. The result is false if the speed changes more, or if an excitation from outside is not steady. A slow
-    sine sweep can be fitted by growing parts that cancel one another. If a component excites the rotor from outside its
-    loop, the result is therefore true only if the motion as a whole grows.
+    Steady orbits, drifts along a straight line, and orbits that approach another orbit do not grow (see
+    `results.growth`). Samples are taken at equal angles of the shaft, so that a synchronous orbit appears steady while
+    the speed varies by up to 1 %. The result is false if the speed changes by more than this, or if an excitation from
+    outside the loop is not steady. A slow sine sweep can be fitted by growing parts that cancel one another. If a
+    component excites the rotor from outside its loop, the result is therefore true only if the motion as a whole grows.
 
     Parameters
     ----------
     within
-        Samples to judge, without events, contact and test forces.
+        Samples to judge, which contain no events, contact or test forces.
     """
     motion = _steadily_forced(dataset, within)
     if motion is None:
@@ -97,7 +97,7 @@ def _excitations(dataset: Signals) -> list[Array]:
 
 
 def _last_change_outside(dataset: Signals) -> float:
-    """Return the cycle at which a signal from outside last began or ceased to be constant; 0 if none does."""
+    """Return the last cycle at which a signal from outside the loop began or ceased to be constant; 0 if none does."""
     cycle, last = cycles(dataset), 0.0
     for values in _excitations(dataset):
         at = cycle[1:][np.diff(values) != 0.0]
@@ -107,10 +107,10 @@ def _last_change_outside(dataset: Signals) -> float:
 
 
 def _is_steady(values: Array) -> bool:
-    """Return whether a signal keeps its mean square, and the mean square of its rate, which changes with its frequency.
+    """Return whether the mean squares of a signal and of its rate, which depends on its frequency, stay constant.
 
-    A steady vibration or noise shows the same in the first and the last third, within `GROWTH`; one that begins, grows,
-    fades or sweeps does not.
+    For steady vibration or noise they agree in the first and the last third of the time to within a factor of `GROWTH`.
+    For a signal that begins, grows, fades or sweeps they do not.
     """
     for signal_or_rate in (values - values.mean(), np.diff(values)):
         first, _, last = (float(np.mean(part**2)) for part in np.array_split(signal_or_rate, 3))
@@ -120,19 +120,19 @@ def _is_steady(values: Array) -> bool:
 
 
 def is_self_excited(dataset: Signals, within: slice) -> bool:
-    """Return whether a vibration that is not periodic with the rotation lasts and keeps reaching limits of currents.
+    """Return whether a vibration that is not periodic with the rotation persists and keeps reaching current limits.
 
     Rotation, weight and constant inputs force motion that is periodic with the rotation, even if it reaches limits. Any
     other vibration decays under a stable loop. A vibration that does not decay is driven by an unstable loop and
     bounded by the limits that it reaches. Such a vibration is a limit cycle, which may be at these limits for any share
-    of the time. Vibrations are compared over two intervals of `MIN_CYCLES` or more. With sensor noise, which drives all
-    vibrations, or a component that excites the rotor from outside its loop, such as a generator of test forces, the
-    result is false.
+    of the time. Vibrations are compared over two intervals of `MIN_CYCLES` or more. The result is false with sensor
+    noise, which drives all vibrations, or with a component that excites the rotor from outside its loop, such as a
+    generator of test forces.
 
     Parameters
     ----------
     within
-        Samples to judge, without events, contact and test forces.
+        Samples to judge, which contain no events, contact or test forces.
     """
     limited = np.any(_limits(dataset, within), axis=0)
     if not all(part.any() for part in np.array_split(limited, PARTS)):
@@ -149,7 +149,7 @@ def is_self_excited(dataset: Signals, within: slice) -> bool:
 
 
 def _steadily_forced(dataset: Signals, within: slice) -> Array | None:
-    """Return the motion at the bearings (m), shape (n, signals); None if it is short, or speed or test forces vary."""
+    """Return the motion at the bearings (m), shape (n, signals); None if too short, or if speed or test forces vary."""
     if within.stop - within.start < FEWEST:
         return None
     Omega = _varying_speed(dataset)
@@ -163,7 +163,7 @@ def _steadily_forced(dataset: Signals, within: slice) -> Array | None:
 
 
 def _varying_speed(dataset: Signals) -> Array | None:
-    """Return the spin speed (rad/s) at each sample, if it may vary or was recorded."""
+    """Return the spin speed (rad/s) at each sample; None if it is constant and was not recorded."""
     return speed(dataset) if speed_changes(dataset) else signal(dataset, "speed")
 
 
@@ -175,7 +175,7 @@ def _is_noisy(dataset: Signals) -> bool:
 
 
 def _at_equal_angles(time: Array, Omega: Array, motion: Array) -> Array:
-    """Resample a motion at equal times (s) to as many equal angles of the shaft, given the speed (rad/s)."""
+    """Resample a motion from equal time steps (s) to as many equal steps of shaft angle, given the speed (rad/s)."""
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (np.abs(Omega[1:]) + np.abs(Omega[:-1])) * np.diff(time))])
     if not (np.diff(angle) > 0.0).all():
         return motion
@@ -185,13 +185,13 @@ def _at_equal_angles(time: Array, Omega: Array, motion: Array) -> Array:
 
 
 def is_limited(dataset: Signals, within: slice) -> bool:
-    """Return whether an axis is at its limits in more than half of the samples with all amplifiers on."""
+    """Return whether an axis is at a limit in more than half of the samples; false if an amplifier is faulty."""
     n = within.stop - within.start
     return any(np.count_nonzero(samples) > LIMITED_SHARE * n for samples in _limits(dataset, within))
 
 
 def _limits(dataset: Signals, within: slice) -> list[Bools]:
-    """Return the samples at each limit of an axis or a demand; with a faulty amplifier, no limit counts as reached."""
+    """Return, for each limit of an axis or a demand, which samples reach it; none if an amplifier is faulty."""
 
     def samples(label: str) -> Bools:
         return np.asarray(dataset[label].values)[within] != 0
@@ -208,7 +208,7 @@ def _limits(dataset: Signals, within: slice) -> list[Bools]:
 
 
 def needed() -> tuple[str, ...]:
-    """Return patterns of the judged variables, other than the displacements at the bearings."""
+    """Return patterns of the variables that are judged besides the displacements at the bearings."""
     names = ("clipped", "voltage_limited", "amplifier_off", "stuck")
     axes, demands = (f"{ACTUATOR}.*.{name}_?" for name in names), (f"*.{name}" for name in LIMITED)
     return (*axes, *demands, _TESTING, f"{PLANT}.speed")

@@ -1,4 +1,4 @@
-"""Touches of the stators of magnetic bearings over a run, from a data set."""
+"""Touches of the stators of magnetic bearings over a run, computed from a data set."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class StatorTouch:
 
 
 def stator_touches(dataset: Signals) -> dict[str, StatorTouch]:
-    """Return the touches of each stator that the rotor has touched, by contact site, the earliest first."""
+    """Return the touches of each stator that the rotor has touched, by contact site, earliest touch first."""
     steps, result = at_every_step(dataset), {}
     for site, bearing in places(dataset).stators.items():
         touching = touches(steps, site) & (cycles(steps) >= 0.0)

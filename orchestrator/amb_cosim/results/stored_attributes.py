@@ -1,7 +1,7 @@
-"""Checks the attributes of a result file: types, the attributes of a scenario's run, and contradictions.
+"""Checks the attributes of a result file: their types, those that a scenario's run requires, and contradictions.
 
-A file from elsewhere may lack an attribute, or contain one of another type or with endlessly nested JSON. It is refused
-when it is read, so that summaries and figures can rely on the attributes.
+A file from elsewhere may lack an attribute, or contain one that has another type or excessively nested JSON. Such a
+file is refused when it is read, so that summaries and figures can rely on the attributes.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Tables = Json[dict[str, dict[str, Any]]]
 @with_config(ConfigDict(extra="forbid"))
 @dataclass(frozen=True)
 class StoredWarning(WarningRecord):
-    """A warning in a file, which has no other fields."""
+    """A warning in a file; it has no fields other than these."""
 
 
 class RunAttributes(BaseModel):
@@ -82,12 +82,12 @@ class ScenarioAttributes(RunAttributes):
 
 
 def check_signals(dataset: Signals) -> None:
-    """Raise ValueError if an attribute is missing or of another type, or contradicts other attributes or the times.
+    """Raise ValueError if an attribute is missing, has another type, or contradicts other attributes or the times.
 
     Parameters
     ----------
     dataset
-        The record of a run; cycles, places and units are checked for a scenario's.
+        The record of a run; its cycles, places and units are checked if it is a run of a scenario.
     """
     check_attributes(dataset.attrs)
     if "scenario" not in dataset.attrs:
@@ -130,7 +130,7 @@ def check_attributes(attributes: Mapping[Any, Any]) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Convert a number or text of NumPy to Python, and an array to a tuple."""
+    """Convert a NumPy number or text to a Python one, and an array to a tuple."""
     if isinstance(value, np.ndarray):
         return tuple(value.tolist()) if value.ndim else value.item()
     return value.item() if isinstance(value, np.generic) else value

@@ -32,91 +32,99 @@ AtPlaces = dict[str, float | None]
 
 @dataclass(frozen=True)
 class Summary:
-    """Key values of a run from cycle 0 on; None if the data set lacks the required variables.
+    """Key values of a run from cycle 0 on; a value is None if the data set lacks the variables that it requires.
 
     Attributes
     ----------
     scenario, flavour
         Name of the scenario, and flavour of the FMUs.
     completed
-        Whether it reached its end, or one of its stop conditions.
+        Whether the run reached its end, or one of its stop conditions.
     stopped
-        The stop condition that ended it.
+        The stop condition that ended the run, if any.
     settling, simulated, wall
         Time simulated before and after cycle 0, and the wall-clock time of the latter (s).
     real_time_factor
-        Simulated over wall-clock time.
+        Simulated time divided by wall-clock time.
     steps_by_method
-        Share of the steps that the plant computed exactly, in pieces, and by substeps for each reason, by its output
-        `solver.method`.
+        Share of the steps that the plant computed by each method of its output `solver.method`: exactly, in pieces, or
+        by substeps for one of several reasons.
     peak_contact_force
-        Largest normal contact force at each site (N), without the impulses of impacts. It grows with the number of
-        retained modes.
+        Largest normal contact force at each site (N), without the impulses of impacts. This force grows with the number
+        of retained modes.
     peak_band
-        Frequency up to which these modes are accurate (rad/s).
+        Frequency up to which the retained modes are accurate (rad/s).
     peak_is_sampled
-        Whether this is only the largest sample at a site, see `contact_forces.is_sampled`.
+        Whether the peak force at a site is only the largest sample (see `contact_forces.is_sampled`).
     averaged_contact_force
-        Largest normal contact force averaged over 1 ms at each site, including impacts (N), which converges.
+        Largest 1 ms average of the normal contact force at each site, including impacts (N). Unlike the peak force, it
+        converges as the number of modes grows.
     peak_impulse
         Largest normal impulse of the impacts within a step at each site (N s).
     events
         Names of the events that are the `disturbance` and the `relief` of the run, by role.
     event_cycles
-        Cycles at which they happen.
+        Cycles at which these events happen.
     contact_share
-        Share of the time between disturbance and relief in each contact state, by the plant's output `contact_state`.
+        Share of the time between disturbance and relief that is spent in each contact state of the plant's output
+        `contact_state`.
     site_share
         Share of the same time during which the rotor is in contact at each site.
     contact_states
-        Names of these states: for two bearings none, the first, the second, both.
+        Names of the contact states; for two bearings these are none, the first, the second and both.
     cycle_duration, speed_changes
-        Duration of a cycle, a turn at the first speed (s), and whether the speed changes, so that cycles are not turns.
+        Duration of a cycle (s), which is a turn at the initial speed, and whether the speed changes, in which case
+        cycles are not turns.
     first_contact, last_contact
         Cycles of the first and last sample in contact.
     recovered
-        Whether the rotor is stable and free of contact for the last five cycles; None for a run that ended early, and
-        without disturbance and contact.
+        Whether the rotor is stable and has been free of contact for the last five cycles; None for a run that ended
+        early, or that had neither a disturbance nor contact.
     recovery
-        What the disturbance led to: contact `prevented`, or `recovered` from. With a disturbance or without: the rotor
-        is `trapped` in contact, or `landed` if no magnet has power at the end; `undecided` if the run ends too early to
-        decide, see `contact_history.recovery`; `unstable` if its orbit grows, or its amplifiers stay at their limits or
-        bound a self-excited vibration, see `stability`, and `stator` if it touched the stator. None for a run that ends
-        free without a disturbance, or that did not complete.
+        What the disturbance led to: contact was `prevented`, or the rotor `recovered` from it. With or without a
+        disturbance, the outcome is `trapped` if the rotor stays in contact; `landed` if it does not recover and no
+        magnet has power at the end; `undecided` if the run ends too early to decide (see `contact_history.recovery`);
+        `unstable` if the orbit grows, or the amplifiers stay at their limits or bound a self-excited vibration (see
+        `stability`); and `stator` if the rotor touched the stator. None for a run that ends free of contact without a
+        disturbance, or that did not complete.
     rolling_from
-        Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of backward motion.
+        Cycle from which the rotor rolls on a site for at least one net turn of whirl.
     rolling_on_race_from
-        Cycle from which it rolls with a race through a turn of the race or more, without a turn of whirl.
+        Cycle from which the rotor rolls with a turning race for at least one turn of the race, while it whirls by less
+        than a turn.
     whirl_speed
-        Mean whirl speed at each site over the last cycle (rad/s); None if the rotor does not touch it at the end.
+        Mean whirl speed at each site over the last cycle (rad/s); None if the rotor does not touch the site at the end.
     orbit_before, orbit_after, orbit_largest
-        Largest radius at each bearing, and at each retainer that is not in the plane of its bearing, in the cycle
-        before the disturbance, in the last cycle, and at any time (mm).
+        Largest radius (mm) at each bearing, and at each retainer that is not in the plane of its bearing: in the cycle
+        before the disturbance, in the last cycle, and at any time, respectively.
     settled_amplitude
         Synchronous amplitude at the same places `before` the change and at the `end` (mm); None where the motion is not
         synchronous.
     energy
         Heat of damping, friction and impacts, work of all inputs, and the largest error of the balance (J). The heat of
-        impacts is negative where the nodal impact rule, `contact.impact_law` 0, creates energy.
+        impacts is negative if the nodal impact rule (`contact.impact_law` 0) creates energy.
     energy_balance
-        That error over the largest of all energies.
+        The largest error of the balance, divided by the largest of all energies.
     energy_balance_of_heat
-        That error over the heat; None without heat.
+        The largest error of the balance, divided by the heat; None without heat.
     stators
         The touches of each stator that the rotor has touched, by contact site; empty if there are none.
     share_beyond_reduction
-        Share of the contact force's power at each site above the frequency to which the reduced rotor is accurate.
+        Share of the contact force's power at each site that is above the frequency up to which the reduced rotor is
+        accurate.
     touchdown
         The fall of the rotor onto its retainers, or its contact after magnets are switched off; None without contact.
     warnings
-        A sentence for each kind of warning that a component gave: what, where, from when until when. There is also one
-        if much of the contact force's power is beyond the reduction.
+        A sentence for each kind of warning from a component, which states what happened, where, and from when until
+        when. Another sentence warns if much of the contact force's power is above the frequency range of the reduced
+        rotor.
     notices
-        Scenario settings that replacing components lack, an end of the run rounded to whole steps, a largest orbit
-        that is a transient at the start, and what orbits of a thinned record may miss.
+        Notes on scenario settings that replacing components lack, on an end of the run that was rounded to whole steps,
+        on a largest orbit that belongs to a transient at the start, and on what the orbits of a thinned record may
+        miss.
     verdict
-        Outcome of the run, in a word and a sentence, and the values that determine it. It is printed, but not included
-        in JSON.
+        Outcome of the run, in a word and a sentence, and the values that determine it. The verdict is printed, but not
+        included in JSON.
     """
 
     scenario: str
@@ -163,7 +171,7 @@ class Summary:
     verdict: Annotated[Verdict, Layout.OMITTED]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the values by names that include their units, ready for JSON."""
+        """Return the values in a dictionary that is ready for JSON, with units in its keys."""
         data: dict[str, Any] = json_data(self)
         return data
 
@@ -173,7 +181,7 @@ class Summary:
 
 
 def summarise(dataset: Signals) -> Summary:
-    """Compute the summary of a run from its data set; signals that are not finite are left out, with a notice."""
+    """Compute the summary of a run from its data set; a notice names signals that are not finite and are left out."""
     dataset, left_out = finite_signals(dataset)
     simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
     first, last = contact_history.contact_cycles(dataset)
@@ -233,7 +241,7 @@ def summarise(dataset: Signals) -> Summary:
 
 
 def _recovery(dataset: Signals, last: float | None) -> tuple[bool | None, contact_history.Recovery | None]:
-    """Return `recovered` and `recovery` of a summary of a run with the last contact in cycle `last`, or None."""
+    """Return `recovered` and `recovery`, given the cycle `last` of the last contact, which is None without contact."""
     recovered, recovery = contact_history.freed_after(dataset, last)
     if recovery == "unstable":
         return False, recovery

@@ -44,7 +44,7 @@ def print_summary(summary: Summary, console: Console, whole: bool = False) -> No
 
 
 def table(summary: Summary, whole: bool = False) -> Table:
-    """Return labels and values that determine the verdict, and with `whole` all others."""
+    """Return the values that determine the verdict, with their labels; if `whole`, return all other values as well."""
     result = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
     for label, text in [*summary.verdict.facts, *(_all_rows(summary) if whole else ())]:
         result.add_row(label, text)
@@ -114,7 +114,7 @@ def _cycle(summary: Summary, cycle: float) -> str:
 
 
 def _interval(events: Mapping[str, str]) -> str:
-    """Return a phrase on the events between which the shares of contact are taken."""
+    """Return a phrase that names the events between which the shares of contact are computed."""
     begin, end = (events.get(role) for role in ROLES)
     if begin and end:
         return f" between {begin} and {end}"

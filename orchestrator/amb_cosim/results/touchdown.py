@@ -1,4 +1,4 @@
-"""Touchdown: fall, whirl and rest of a rotor on its retainers; from a data set.
+"""Touchdown: fall, whirl and rest of a rotor on its retainers, computed from a data set.
 
 Every value is None if the data set lacks the required variables. Times start at the release.
 """
@@ -49,22 +49,22 @@ class Retainer:
     Attributes
     ----------
     free, sliding, rolling
-        Time from release on in each mode of contact (s).
+        Total time after the release in each mode of contact (s).
     whirl
-        `backward` if the rotor whirled backward about the site at any time, by `WHIRLS` (see `_most_turning`), or
-        `forward`; `none` if it did neither.
+        `backward` if the rotor whirled backward about the site at any time, by at least `WHIRLS` (see `_most_turning`);
+        otherwise `forward` if it whirled forward by as much, and `none` if it did neither.
     whirl_speed
-        Mean whirl speed in contact during that time (rad/s), backward negative; a mean over the angle turned, so that a
-        rotor at rest does not count.
+        Mean whirl speed in contact during that whirl (rad/s), negative for backward whirl. It is averaged over the
+        angle turned, so that a rotor at rest does not count.
     impulse
-        Sum of impacts and of the normal force over time (N s).
+        Sum of the impulses of impacts and of the time integral of the normal force (N s).
     friction
-        Heat of sliding friction in contact, by samples of its power (J).
+        Heat of sliding friction in contact (J), computed from samples of the friction power.
     heat
-        Heat of friction, race drag and impacts (J), without that of faces on this retainer.
+        Heat of friction, race drag and impacts (J), excluding the heat of faces on this retainer.
     race_spin_up
-        Time from the first contact until the race turns at 95 % of its largest speed (s); None if it does not turn, or
-        if the rotor still slides on it.
+        Time from the first contact until the race turns at 95 % of its largest speed (s); None if the race does not
+        turn, or if the rotor still slides on it.
     temperature
         Largest temperature (K); None if the retainer has no heat capacity.
     """
@@ -90,27 +90,27 @@ class Touchdown:
     release
         Time at which the first amplifier switches off, or contact begins (s from cycle 0).
     drop
-        Largest fall at each bearing and at each retainer that is not in the plane of its bearing, along gravity and
-        from where the rotor was at the release (mm); None without gravity across the shaft.
+        Largest fall (mm) along gravity from the position at the release, at each bearing and at each retainer that is
+        not in the plane of its bearing; None without gravity across the shaft.
     orbit
         Largest radius at the same places from the release on (mm).
     first_impacts
-        The first five steps with impacts, however small, at a site that is free before or after them; where a contact
-        lasts, only impacts of a millionth of all impacts or more.
+        The first five steps with impacts. If the site is free before or after the step, every impact counts, however
+        small. In a contact that lasts, only impacts of at least a millionth of the sum of all impacts count.
     retainers
-        Each touched site.
+        Loads and motion at each touched site.
     rest_after
-        Time after which the rotor lies in contact where it is at the end, within 5 % of the clearance of each retainer
-        and of each touched site or face (s).
+        Time (s) after which the rotor lies in contact and stays where it is at the end, to within 5 % of the clearance
+        of each retainer and of each touched site or face.
     rocks_within
-        Largest swing of steady rocking (`rocking`) at all touched sites (deg); None for a rotor that rests or moves
+        Largest swing (deg) at all touched sites if the rotor rocks steadily (see `rocking`); None if it rests or moves
         otherwise.
     free_after
         Time of the last contact of a rotor that is free for the last tenth of the time (s).
     standstill_after
-        Time at which the spin ends, because the speed is 0 or reverses and the rotor does not turn once after it (s).
+        Time at which the spin ends (s): the speed is 0 or reverses, and the rotor makes no full turn afterwards.
     slow_after
-        Time after which it turns at less than 1 % of its speed at the release (s).
+        Time after which the rotor turns at less than 1 % of its speed at the release (s).
     """
 
     release: Annotated[float, "s"]
@@ -131,7 +131,7 @@ class Touchdown:
 
 
 def touchdown(dataset: Signals) -> Touchdown | None:
-    """Describe the touchdown of a run; None without contact, or without both gravity and an amplifier that is off."""
+    """Describe the touchdown of a run; None without contact, or if no amplifier is off and there is no gravity."""
     steps, values = at_every_step(dataset), parameters(dataset)
     contact, from_cycle_0 = in_contact(steps), cycles(steps) >= 0.0
     if contact is None or not (contact & from_cycle_0).any():
@@ -178,12 +178,12 @@ def _times(after: Signals) -> Array:
 
 
 def _steps(after: Signals) -> Array:
-    """Return the time step (s) of each sample from the release on; a sample is the end of its step."""
+    """Return the time step (s) of each sample from the release on; each sample is at the end of its step."""
     return np.diff(_times(after), prepend=0.0)
 
 
 def height(dataset: Signals, place: str) -> Array | None:
-    """Return the height (m) of the rotor above the centre at a bearing or site, against gravity, at each sample.
+    """Return the height (m) of the rotor, measured against gravity, above the centre at a bearing or site.
 
     The result is None without gravity across the shaft.
     """
@@ -239,10 +239,10 @@ def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
 
 
 def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
-    """Return the direction in which the rotor whirls about a site at any time, and its mean speed (rad/s) then.
+    """Return the direction in which the rotor whirls about a site at any time, and that whirl's mean speed (rad/s).
 
-    A flight between contacts turns by at most half a turn: a levitated rotor that orbits without contact, or passes the
-    centre, does not whirl about a retainer.
+    A flight between contacts counts as half a turn at most, because a levitated rotor that orbits without contact, or
+    passes the centre, does not whirl about a retainer.
     """
     mode, whirl = (signal(after, f"{site}.{name}") for name in ("mode", "whirl_speed"))
     if mode is None or whirl is None:
@@ -266,12 +266,12 @@ def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
 
 
 def _most_turning(angles: Array) -> tuple[float, int, int]:
-    """Return the largest turn (rad) by (1) in any interval of successive angles, and its first and last angle.
+    """Return the largest value (rad) of (1) for any interval of angles, and the interval's first and last index.
 
         sum(angles) - sum(|angles|)/2                                                                 (1)
 
-    is half the angle of a motion in one direction, and 0 for a motion whose net angle is half of its total angle. From
-    pi on the net angle is a turn or more. Further angles never reduce the result.
+    For a motion in one direction, (1) is half the angle. For a motion whose net angle is half of its total angle, (1)
+    is 0. If (1) is at least pi, the net angle is at least a turn. Further angles never reduce the result.
     """
     total = np.append(0.0, np.cumsum(angles - 0.5 * np.abs(angles)))
     gained = total - np.minimum.accumulate(total)
@@ -296,7 +296,7 @@ def _race_spin_up(after: Signals, site: str) -> float | None:
 
 
 def _lying(after: Signals, contact: Bools, sites: Iterable[str]) -> list[tuple[Path, float]]:
-    """Return position and clearance at sites of a rotor that touches in the last part of the run, and the gap at faces.
+    """Return position (or gap, at faces) and clearance at each site, if the rotor touches in the run's last part.
 
     The list is empty if there is no contact then, as in levitation, or if a position was not recorded.
     """
@@ -324,7 +324,7 @@ def _rest(after: Signals, contact: Bools, touched: Sequence[str]) -> float | Non
 
 
 def _rocks(after: Signals, contact: Bools, touched: Sequence[str]) -> float | None:
-    """Return the largest swing (deg) of a rotor that rocks steadily at all touched sites, in contact to the end."""
+    """Return the largest swing (deg) if the rotor rocks steadily at all touched sites and touches at the end."""
     gravity, swings = gravity_across(after), list[float]()
     for positions, clearance in _lying(after, contact, touched):
         swing = steady_swing(_times(after), positions[0] + 1j * positions[1], clearance, gravity)
@@ -340,15 +340,16 @@ def _free(after: Signals, contact: Bools) -> float | None:
 
 
 def _last_part(after: Signals) -> Bools:
-    """Return the samples from the release on that are in the last part of the run."""
+    """Return which samples from the release on are in the last part of the run."""
     times = _times(after)
     return np.asarray(times >= (1.0 - LAST_PART) * times[-1])
 
 
 def _standstill(after: Signals) -> float | None:
-    """Return the time at which the speed is 0 or reverses and after which the rotor does not turn once.
+    """Return the time at which the speed is 0 or reverses and after which the rotor makes no full turn.
 
-    A rotor that sticks to its retainers still rocks, with a speed that changes its sign; one that rolls keeps turning.
+    A rotor that sticks to its retainers still rocks, and its speed changes sign, whereas a rotor that rolls keeps
+    turning.
     """
     speed = signal(after, "speed")
     if speed is None or not speed[0]:

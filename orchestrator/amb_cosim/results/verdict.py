@@ -1,4 +1,4 @@
-"""The verdict on a run: one word, a sentence, and the few values that determine it; from its data set."""
+"""The verdict on a run, from its data set: a word, a sentence, and the few values that determine it."""
 
 from __future__ import annotations
 
@@ -62,19 +62,20 @@ class Verdict:
     ----------
     word
         `recovered`: the rotor touched, and has been free of contact for five cycles. `trapped`: it touches in the last
-        cycle, ten turns or more after the last change of its excitation, see `contact_history.recovery`. `undecided`:
+        cycle, at least ten turns after the last change of its excitation (see `contact_history.recovery`). `undecided`:
         the run ends too early for either. `rolled`: it rolls on a site at the end. `landed`: it touched after all
-        magnets lost their power, and they are still off. `stator`: it touched the stator of a magnetic bearing at any
-        time. `levitated`: it never touched, or not after the disturbance; `free` is the same for a rotor without
-        magnets, or without power at the end. `unstable`: its orbit grows, or its amplifiers stay at their limits or
-        bound a self-excited vibration. `failed` and `interrupted`: the run did not complete. `completed`: contact was
-        not recorded.
+        magnets lost their power, and the magnets are still off. `stator`: it touched the stator of a magnetic bearing
+        at any time. `levitated`: it never touched, or not after the disturbance. `free`: the same for a rotor that has
+        no magnets, or whose magnets have no power at the end. `unstable`: its orbit grows, or its amplifiers stay at
+        their limits or bound a self-excited vibration. `failed` and `interrupted`: the run did not complete.
+        `completed`: contact was not recorded.
     sentence
         The reason, with its values.
     facts
-        Labels and texts that determine it: margin to the clearance, contact force, time in contact, touches of stators.
+        Labels and texts of the values that determine the verdict: margin to the clearance, contact force, time in
+        contact, touches of stators.
     doubts
-        Warnings that cast doubt on it.
+        Warnings that cast doubt on the verdict.
     """
 
     word: Word
@@ -114,7 +115,7 @@ def verdict(dataset: Signals, fall: Touchdown | None = None) -> Verdict:
 
 
 def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tuple[Word, str]:
-    """Return the word and the sentence of a run whose last contact is in cycle `last`, or None."""
+    """Return the word and the sentence for a run; `last` is the cycle of the last contact, or None without contact."""
     outcome = Outcome(*json.loads(dataset.attrs["outcome"])) if "outcome" in dataset.attrs else None
     if outcome is not None and outcome.status == "failed":
         return "failed", f"{outcome.component} at t = {outcome.time:.6g} s: {outcome.reason}"
@@ -148,7 +149,7 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
 
 
 def _at_the_end(dataset: Signals, last: float) -> str:
-    """Return whether a rotor with the last contact in cycle `last` touches at the end, and how long after a change."""
+    """Return a phrase on whether the rotor touches at the end, where `last` is the cycle of its last contact."""
     end = cycles(dataset)[-1]
     turned = f"{contact_history.turns_since_change(dataset):.3g} turns after the last change"
     ends = f"when the run ends ({', '.join(_at(dataset, end))}), {turned}"
@@ -185,7 +186,7 @@ def _moment(dataset: Signals, cycle: float) -> str:
 
 
 def _at(dataset: Signals, cycle: float) -> tuple[str, str]:
-    """Return a cycle and its time; if the speed changes, a time and its speed, since cycles are then not turns."""
+    """Return a cycle and its time; if the speed changes, return a time and its speed, because cycles are not turns."""
     time = float(np.interp(cycle, cycles(dataset), dataset["time"].values))
     if not speed_changes(dataset):
         return f"cycle {cycle:.4g}", f"{time:.3g} s"
@@ -194,14 +195,14 @@ def _at(dataset: Signals, cycle: float) -> tuple[str, str]:
 
 
 def _touched_at_the_end(dataset: Signals, within: float = contact_history.RECOVERY_CYCLES) -> list[str]:
-    """Return the sites that were in contact within the last cycles, by default as many as a recovery requires."""
+    """Return the sites in contact within the last cycles, by default as many cycles as a recovery requires."""
     steps = at_every_step(dataset)
     end = cycles(steps) > cycles(steps)[-1] - within
     return [name_label(site) for site in places(dataset).contacts if touches(steps, site)[end].any()]
 
 
 def _speed(dataset: Signals) -> tuple[str, str] | None:
-    """Return the spin speed; if it changes, the first and the last, or else the lowest and the highest."""
+    """Return the spin speed; if it changes, its first and last values or, if it goes beyond them, its bounds."""
     unit, Omega = speed_unit(), speed(dataset)[cycles(dataset) >= 0.0]
     if not len(Omega):
         return None
@@ -211,7 +212,7 @@ def _speed(dataset: Signals) -> tuple[str, str] | None:
 
 
 def _margin(dataset: Signals, word: Word) -> tuple[str, str] | None:
-    """Return the smallest distance of the orbit to the clearance of a site, over the run or in its last cycle.
+    """Return the smallest margin between the orbit and the clearance of a site, over the run or in its last cycle.
 
     1 - max |r(t)|/c
     """
@@ -236,7 +237,7 @@ def _margin(dataset: Signals, word: Word) -> tuple[str, str] | None:
 
 
 def _force(dataset: Signals) -> tuple[str, str] | None:
-    """Return the largest contact force, averaged if possible, with its meaning and its band."""
+    """Return the largest contact force, averaged if possible, with a note on its kind and on the range of the modes."""
     sites = contact_history.touchable(dataset)
     averaged = {site: largest_averaged_force(dataset, site) or 0.0 for site in sites}
     meaning = "mean over 1 ms with impacts"
@@ -266,7 +267,7 @@ def _stators(touches: dict[str, StatorTouch]) -> tuple[str, str] | None:
 
 
 def _time_in_contact(dataset: Signals) -> tuple[str, str] | None:
-    """Return the time in contact from cycle 0, in total and at each site, without the instants of impacts."""
+    """Return the time in contact from cycle 0 on, in total and at each site, not counting the instants of impacts."""
     steps = at_every_step(dataset)
     touching = contact_history.in_contact(steps)
     duration = np.diff(steps["time"].values, prepend=steps["time"].values[:1]) * (cycles(steps) >= 0.0)

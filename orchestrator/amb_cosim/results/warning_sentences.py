@@ -1,8 +1,8 @@
 """The warnings of a run in the words and units of its summary.
 
-FMUs state their warnings in SI units and by the names of variables. Here speeds are in the unit chosen for speeds, and
-a whirl that is compared with a natural frequency is in the unit chosen for frequencies. Sites that are switched off
-share a single sentence.
+FMUs state their warnings in SI units and with the names of variables. Here speeds are in the unit chosen for speeds. A
+whirl that is compared with a natural frequency is in the unit chosen for frequencies. Sites that are switched off share
+a single sentence.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ def warning_sentences(warned: Sequence[WarningRecord], dataset: Signals) -> list
 
 
 def _passed_where_off(sites: Sequence[str], dataset: Signals) -> str:
-    """Return how far and when the rotor was beyond the clearance of sites that are switched off; empty if unknown.
+    """Return how far the rotor was beyond the clearances of sites that are switched off, and when; empty if unknown.
 
-    The gap is the clearance less the displacement; it is negative if the rotor would have touched.
+    The gap is the clearance minus the displacement; it is negative if the rotor would have touched.
     """
     depths, times = list[tuple[float, float]](), list[float]()
     for site in sites:

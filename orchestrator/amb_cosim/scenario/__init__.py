@@ -1,1 +1,1 @@
-"""Scenarios of a levitated rotor: files, experiments, preparation and execution of runs."""
+"""Scenarios of a levitated rotor: their files, experiments, and the preparation and execution of their runs."""

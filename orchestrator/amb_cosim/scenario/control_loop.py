@@ -1,4 +1,4 @@
-"""The control loop of a run: its sensors, its excitation, and the loop that a table of receptances belongs to."""
+"""The control loop of a run: its sensors, its excitation, and the table of receptances that belongs to it."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def check_control_loop(plan: Plan) -> None:
     Raises
     ------
     ValueError
-        If a sensor of a controller is connected to nothing, so that it would read zero throughout, or the table belongs
-        to another loop, or no controller uses it.
+        If a sensor of a controller is not connected, so that it would always read zero; if the table belongs to another
+        loop; or if no controller uses the table.
     """
     assembly = plan.assembly
     sensors = [f"{name}.{sensor}" for name, fmu in assembly.fmus.items() for sensor in _sensors(fmu.layout or {})]
@@ -46,7 +46,7 @@ def check_control_loop(plan: Plan) -> None:
 
 
 def _sensors(layout: Mapping[str, Any]) -> list[str]:
-    """Return the inputs that are sensors in the layout of a model of this project."""
+    """Return the inputs that the layout of a model of this project lists as sensors."""
     return [*(plane[axis] for plane in layout.get("planes", ()) for axis in ("x", "y")), *layout.get("signals", ())]
 
 
@@ -58,7 +58,7 @@ def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, 
     system
         The system of the run.
     parameters
-        Its parameters, by component and name.
+        The parameters of the system, by component and name.
     """
     data: dict[str, float] = {}
     for component in system.components:
@@ -86,5 +86,5 @@ def exciting_components(system: System) -> list[str]:
 
 
 def is_rotation(variable: str) -> bool:
-    """Return whether a variable of the plant or of a controller belongs to the rotation of the rotor."""
+    """Return whether a variable of the plant or of a controller describes the rotation of the rotor."""
     return variable in ("Omega", "Omega_dot", "speed", "theta") or variable.startswith("drive.")

@@ -1,10 +1,10 @@
 """Communication step and prediction time that a coupling requires.
 
 In Gauss-Seidel order the controller's currents act from the instant of its sample. In Jacobi order all values are
-exchanged at the end of a step: the currents leave the controller one step after the displacements, and the force leaves
-the actuator another step later. With step h this adds a delay of 2 h to the loop. A delay tau reduces the loop's phase
-margin by omega tau, and thus its damping. A controller that predicts displacements by 2 h compensates this delay to
-first order in h; the remainder grows with (omega h)^2. See `docs/coupling.md`.
+exchanged at the end of a step, so the currents leave the controller one step after the displacements, and the force
+leaves the actuator another step later. With step h this adds a delay of 2 h to the loop. A delay tau reduces the loop's
+phase margin by omega tau, and thus reduces its damping. A controller that predicts displacements by 2 h compensates
+this delay to first order in h; the remainder grows with (omega h)^2. See `docs/coupling.md`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def delay(coupling: Coupling, step_size: float) -> float:
 
 
 def predictable(interfaces: Mapping[str, FmuInterface]) -> list[str]:
-    """Return the parameters, `component.variable`, for the prediction time of a component."""
+    """Return the names, `component.variable`, of the parameters that set the prediction times of components."""
     ports = {component: interface.ports.get(PREDICTION) for component, interface in interfaces.items()}
     return [f"{component}.{PREDICTION}" for component, port in ports.items() if port and port.causality == "parameter"]
 
@@ -35,19 +35,19 @@ def predictable(interfaces: Mapping[str, FmuInterface]) -> list[str]:
 def coupling_warning(
     coupling: Coupling, step_size: float, prediction_time: float = 0.0, sample_time: float | None = None
 ) -> str | None:
-    """Return a warning if the coupling makes the results of a levitated rotor doubtful, or None.
+    """Return a warning if the coupling makes the results of a levitated rotor doubtful; otherwise None.
 
-    In Jacobi order a step may be a fifth of the sample time. The sample time indicates the bandwidth of the loop, so
-    this limit bounds the phase lag of the delay. A loop sampled at 4 kHz is then within 5 % of Gauss-Seidel order in
-    the orbit of a rub, without prediction; a loop with little margin at 10 kHz requires prediction and a step of a
-    tenth of the sample time. `docs/coupling.md` describes both.
+    In Jacobi order, a step of up to a fifth of the sample time is accepted. The sample time indicates the bandwidth of
+    the loop, so this limit bounds the phase lag of the delay. With such a step and no prediction, the orbit of a rub in
+    a loop sampled at 4 kHz is within 5 % of the orbit in Gauss-Seidel order. A loop with little margin at 10 kHz
+    requires prediction and a step of a tenth of the sample time. `docs/coupling.md` describes both.
 
     Parameters
     ----------
     coupling, step_size
-        Order of the master; communication step (s).
+        Order in which the master exchanges values, and communication step (s).
     prediction_time
-        Prediction of the controller (s).
+        Prediction time of the controller (s).
     sample_time
         Sample time of the controller (s); None if unknown.
     """

@@ -1,4 +1,4 @@
-"""Numbers without a unit that are far from the values of a scenario: they may be meant in another unit."""
+"""Numbers without a unit that are far from a scenario's values and may therefore be meant in another unit."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class StatedValues:
     scenario, settings
         The scenario, and values by name that replace its values.
     variables
-        The variables of the machine, whose values do not matter.
+        The variables of the machine; their values are not used.
     """
 
     scenario: Scenario
@@ -32,18 +32,18 @@ class StatedValues:
     variables: Assignments
 
     def refuse_far(self, name: str, value: float, label: str = "") -> None:
-        """Refuse a number without a unit that is more than `FAR` times the scenario's.
+        """Refuse a number without a unit that is more than `FAR` times the scenario's value.
 
-        If the scenario's number is 0, the largest value of the component in this unit is used instead.
+        If the scenario's value is 0, the largest value with this unit in the same component is used instead.
 
         Parameters
         ----------
         name
-            Name or pattern `component.variable`, after the label of the event that sets the variable, if one does.
+            Name or pattern `component.variable`. If an event sets the variable, the label of the event precedes it.
         value
             The number, in the unit of the variable.
         label
-            Label of this event.
+            Label of the event that sets the variable, if any.
 
         Raises
         ------
@@ -72,7 +72,7 @@ class StatedValues:
             return []
 
     def _magnitude(self, variable: str, unit: str, label: str) -> float:
-        """Return the largest magnitude that is stated for a variable or, if none is stated, of its start value."""
+        """Return the largest magnitude stated for a variable or, if none is stated, that of its start value."""
         tables = [event.set for event in self.scenario.event if label and event.name == label]
         stated = {
             f"{component}.{name}": raw

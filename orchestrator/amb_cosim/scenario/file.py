@@ -1,8 +1,8 @@
-"""Reads the TOML of a scenario, merged with that of its base; paths in a file are relative to it.
+"""Reads the TOML file of a scenario and merges it with its base; paths in a file are relative to that file.
 
-A file may have a `base`, the name or path of another file. It then contains only the differences: tables are merged,
-and everything else is replaced. If it states an end, in cycles or as a time, this replaces the end of the base.
-`remove` removes entries of the base: keys of a scenario (`gravity`, `event`), entries of a table (`plot.cycles`,
+A file may have a `base`, which is the name or path of another file. It then contains only the differences: tables are
+merged, and everything else is replaced. If it states an end (in cycles or as a time), this end replaces that of the
+base. `remove` removes entries of the base: keys of a scenario (`gravity`, `event`), entries of a table (`plot.cycles`,
 `fmu.rotor_contact`), and parameters and initial inputs of components (`rotor_contact.contact.law`); `*` and `?` are
 wildcards.
 """
@@ -36,12 +36,12 @@ ENDS = frozenset(("end_cycle", "end_time"))  # keys that exclude each other
 
 
 def packaged_scenarios() -> dict[str, Path]:
-    """Return the files of the packs' scenarios, by name, except those that begin with `_`, which are only bases."""
+    """Return the packs' scenario files by name, without those that begin with `_`, which serve only as bases."""
     return {name: file for name, file in files_of("scenarios").items() if not name.startswith("_")}
 
 
 def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Return the content of a scenario file, laid over that of its base; paths are then relative to the working folder.
+    """Return the content of a scenario file, merged over its base, with paths relative to the working folder.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
 
 
 def _check_tables_of_components(data: dict[str, Any]) -> None:
-    """Raise a ValueError unless parameters and inputs, which a derived file may change or remove, are only tables."""
+    """Raise a ValueError unless parameters and inputs, which derived files may change, contain only tables."""
     for key in OF_COMPONENTS:
         if not isinstance(components := data.get(key, {}), dict):
             raise ValueError(f"{key} = {components!r} is not allowed; it must be a table")
@@ -109,7 +109,8 @@ def _check_tables_of_components(data: dict[str, Any]) -> None:
 def with_paths(data: dict[str, Any], place: Callable[[str], str], source: Path | None = None) -> dict[str, Any]:
     """Return a scenario's data with `place` applied to every path; names from packs and models are unchanged.
 
-    A name that several packs use becomes the path of its file in the pack that contains the file `source` of the data.
+    If several packs use a name, it becomes the path of its file in the pack that contains `source`, the file of the
+    data.
     """
 
     def placed(key: str, value: Any) -> Any:
@@ -139,7 +140,7 @@ def check_exists(key: str, value: object) -> None:
     Parameters
     ----------
     key, value
-        A key of `PATHS`, or `fmu.` and a component, and its value.
+        A key of `PATHS`, or `fmu.` followed by a component, and the value of this key.
     """
     if isinstance(value, str) and not _is_packaged(key, value) and not Path(value).exists():
         names = _packaged(key)
@@ -186,7 +187,7 @@ def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:
 
 
 def overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    """Return a scenario's data `below`, overridden by `above`: tables are merged, everything else is replaced.
+    """Return the scenario data `below`, overridden by `above`: tables are merged, and everything else is replaced.
 
     If `above` states an end, in cycles or as a time, the end of `below` does not apply.
     """

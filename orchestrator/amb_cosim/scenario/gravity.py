@@ -1,17 +1,17 @@
-"""Gravity in a scenario: on the rotor, and in the static currents of the magnetic bearings, which carry the weight.
+"""Gravity in a scenario: it acts on the rotor, whose weight the static currents of the magnetic bearings carry.
 
-A passive bearing or seal carries the weight that its stiffness gives it while the rotor is at the centres of the
-magnets, at the first speed of the run.
+A passive bearing or seal carries the share of the weight that its stiffness determines, with the rotor at the centres
+of the magnets and at the first speed of the run.
 
-The coil pair of an axis that carries no weight carries the bias current I_b, the other pair also the static current
-I_s:
+On each axis, the coil pair that carries no weight has the bias current I_b. The other pair has the static current I_s
+in addition:
 
     weight towards -x:  I_upper = I_b + I_s,  I_lower = I_b
     weight towards +x:  I_upper = I_b,        I_lower = I_b + I_s                                 (1)
 
-so that a machine turned by 180 degrees has the same magnets. In the second case the actuator's parameters are a bias
-current I_b + I_s and a static current -I_s. If the shaft is tilted, the magnets of its thrust disc carry the weight
-along it, and the bearings carry the rest.
+A machine turned by 180 degrees therefore has the same magnets. In the second case the actuator's parameters are a bias
+current I_b + I_s and a static current -I_s. If the shaft is tilted, the magnets of its thrust disc carry the axial
+component of the weight, and the bearings carry the rest.
 """
 
 from __future__ import annotations
@@ -46,11 +46,12 @@ OF_MAGNET = (("gap", "m"), ("turns", ""), ("pole_area", "m2"), ("bias_current", 
 
 
 def set_gravity(missing: MissingParameters, scenario: Scenario) -> list[str]:
-    """Apply the gravity of a scenario, if any, and let magnetic bearings, if any, carry the weight at their centres.
+    """Apply the gravity of a scenario, if any; magnetic bearings, if any, then carry the weight of the centred rotor.
 
     The forces of the bearings become total forces, and each axis gets the static current that carries its share of the
-    weight. A replacing bearing without `total_force` must carry its share itself. Without gravity nothing is set; the
-    returned warnings name static currents that magnets with other data then keep from the model's start values.
+    weight. A replacement of the bearings that has no `total_force` must carry the weight itself. Without gravity
+    nothing is set; the returned warnings then name static currents that keep the model's start values although other
+    data of the magnets are set.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def set_gravity(missing: MissingParameters, scenario: Scenario) -> list[str]:
 
 
 def _thrust(scenario: Scenario) -> str:
-    """Return the thrust disc of a tilted rotor, which lets it move along its shaft; empty if there is none."""
+    """Return the thrust disc, which lets a rotor move axially, if the rotor is tilted and has one; otherwise empty."""
     if not tilt_of(scenario.tilt):
         return ""
     from rotor_analysis.rotor_file import load_rotor
@@ -91,7 +92,7 @@ def _thrust(scenario: Scenario) -> str:
 
 
 def _assumed_loads(missing: MissingParameters) -> list[str]:
-    """Return warnings if a scenario without gravity states magnets, but not the currents that carry their load."""
+    """Return warnings if a scenario without gravity states data of magnets, but not the currents that carry loads."""
     values, kept = missing.values, dict[str, list[str]]()
     stated = {*missing.stated, *stated_constants(values, ACTUATOR)}
     for bearing, axis in magnet_axes(values):
@@ -134,9 +135,9 @@ def _carry_weight(missing: MissingParameters, source: RotorSource) -> None:
 
 @lru_cache(maxsize=8)
 def _carried(rotor: Rotor, passive: tuple[tuple[str, float], ...], Omega: float) -> Mapping[str, Array]:
-    """Return the tensor (kg) of the load of each bearing at a spin speed (rad/s), the same for all runs of a rotor.
+    """Return the tensor (kg) of each bearing's load at a spin speed (rad/s), which all runs of a rotor share.
 
-    Bearings without a magnet's force are springs, of the stiffness (N/m) in `passive`.
+    Bearings without a magnet's force act as springs with the stiffness (N/m) in `passive`.
     """
     from rotor_analysis.static_load import carried_with_seals
 
@@ -144,7 +145,7 @@ def _carried(rotor: Rotor, passive: tuple[tuple[str, float], ...], Omega: float)
 
 
 def _carry(missing: MissingParameters, bearing: str, axis: str, load: float) -> None:
-    """Set the currents of an axis that carries a load (N), by (1)."""
+    """Set the currents of an axis that carries a load (N), according to (1)."""
     from amb_cosim.model_constants.magnetic_bearing import axis_parameters, static_current_for
 
     values, static = missing.values, f"{ACTUATOR}.{bearing}.static_current_{axis}"

@@ -1,4 +1,4 @@
-"""Makes the result of a scenario's record: signals over time and cycle, with the data of the scenario."""
+"""Makes a scenario's result from its record: signals over time and cycle, with the data of the scenario."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from array_types import Array
 def bare_signals(plan: ScenarioPlan, recording: Recording, places: RotorPlaces) -> SignalTable:
     """Return the record of a run over time and cycle, with the rotor's places and the cycles of events.
 
-    The record gives the key values of a complete result; collecting units and warnings would take longer than computing
-    them.
+    The key values of this record are those of a complete result. Units and warnings are left out, because collecting
+    them would take longer than computing the key values.
     """
     recorder = recording.recorder
     variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
@@ -44,7 +44,7 @@ def bare_signals(plan: ScenarioPlan, recording: Recording, places: RotorPlaces) 
 
 
 def _coupling_warnings(plan: ScenarioPlan) -> list[WarningRecord]:
-    """Return a warning if the coupling puts a loop in doubt; connections in both directions form a loop."""
+    """Return a warning if the coupling makes results of a loop doubtful; connections in both directions form a loop."""
     system = plan.system
     links = system.links
     if not any((target, source) in links for source, target in links):
@@ -89,7 +89,7 @@ def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
 
 
 def _landmarks(plan: ScenarioPlan, recorder: Recorder) -> dict[str, Any]:
-    """Return attributes: the speed of the rotor, labels and cycles of events with a role, the last change."""
+    """Return attributes: the speed of the rotor, the labels and cycles of events with a role, and the last change."""
     cycle = plan.step_size / plan.period
     roles = {change.role: change.name for change in plan.scenario.named_changes if change.role}
     events = {role: label for role, label in roles.items() if plan.marks[label] <= recorder.reached}
@@ -112,6 +112,6 @@ def _landmarks(plan: ScenarioPlan, recorder: Recorder) -> dict[str, Any]:
 
 
 def _changes_until(ramp: Ramp, reached: int) -> int:
-    """Return the last communication point up to `reached` until which an input changes; 0 if it never does."""
+    """Return the last communication point, up to `reached`, at which a change of an input ends; 0 if there is none."""
     lines = pairwise(ramp.points)
     return max((min(n, reached) for (m, a), (n, b) in lines if m < reached and a != b), default=0)

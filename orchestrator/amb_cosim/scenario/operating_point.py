@@ -39,12 +39,12 @@ def stated_constants(values: Assignments, component: str = CONTROLLER) -> set[st
 
 
 def set_operating_points(missing: MissingParameters) -> list[str]:
-    """Set the controller's assumptions on each magnet: K_s, K_i, i_min and i_max; return warnings.
+    """Set the controller's assumptions about each magnet: K_s, K_i, i_min and i_max; return warnings.
 
-    The currents are those that the coils allow (`coil_limits`); the integral of a PID would wind up beyond the range of
-    the actuator. K_s and K_i are the slopes of the magnet's force law at its centre. A warning names settings that
-    differ from these by more than `LARGEST_RATIO`, and measured constants that differ as much from a geometry set
-    without them.
+    The currents i_min and i_max are the ones that the coils allow (`coil_limits`), because the integral part of a PID
+    controller would wind up beyond the range of the actuator. K_s and K_i are the slopes of the magnet's force law at
+    its centre. A warning names settings that differ from these slopes by more than a factor of `LARGEST_RATIO`. It also
+    names measured constants that differ as much from those of a geometry that is set without them.
 
     Parameters
     ----------
@@ -74,15 +74,16 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
 
 
 def set_test_force(missing: MissingParameters) -> None:
-    """Scale the test force of an identification by the magnets' force over the force at the actuator's start values.
+    """Scale an identification's test force by the force of the magnets relative to that at the actuator's start values.
 
-    A(f) of `rolac_controller.excitation` suits the magnets of the start values. A test force in proportion to
+    A(f) of `rolac_controller.excitation` suits the magnets of the start values. For other magnets, a test force in
+    proportion to
 
         K_i I_b = k I_b^2/s_0^2,    k = 4 mu_0 N^2 A cos(phi)                                        (1)
 
-    without static load uses the same share of the currents of other magnets, and of their gap, since K_s is about K_i
-    I_b/s_0. The weakest axis decides. For measured magnets, K_i is the measured one. Magnets within a factor of
-    `LARGEST_RATIO` keep A(f).
+    without static load, uses the same share of their currents and of their gap, because K_s is about K_i I_b/s_0. The
+    weakest axis decides. If the magnets are measured, K_i is the measured constant. A(f) is not changed if the two
+    forces differ by less than a factor of `LARGEST_RATIO`.
 
     Parameters
     ----------
@@ -105,7 +106,7 @@ def set_test_force(missing: MissingParameters) -> None:
 
 
 def _test_range(of_axis: Mapping[str, float], *, measured: bool) -> float:
-    """Return (1) of an axis over 4 mu_0, or K_i I_b of a measured one; I_b is the current of the coil without load."""
+    """Return (1) for an axis, divided by 4 mu_0, or K_i I_b if measured; I_b is the current of the unloaded coil."""
     bias = of_axis["bias_current"] + min(of_axis["static_current"], 0.0)
     if measured:
         return of_axis[MEASURED[1]] * bias
@@ -120,7 +121,7 @@ def is_measured(values: Assignments) -> bool:
 
 
 def parameters_of(values: Assignments, bearing: str, axis: str) -> dict[str, float]:
-    """Return the parameters of an axis of the actuator by their names, without bearing and axis."""
+    """Return the actuator's parameters for an axis by their names, without the bearing and the axis."""
     prefix, suffix, stated = f"{bearing}.", f"_{axis}", values.parameters[ACTUATOR]
     return {
         port.name.removeprefix(prefix).removesuffix(suffix): stated.get(port.name, port.start or 0.0)
@@ -130,14 +131,14 @@ def parameters_of(values: Assignments, bearing: str, axis: str) -> dict[str, flo
 
 
 def magnet_axes(values: Assignments) -> Iterator[tuple[str, str]]:
-    """Yield bearing and axis of all magnets if the system has a controller, and an actuator with these parameters."""
+    """Yield the bearing and axis of each magnet if there are a controller and an actuator with a force law."""
     if {ACTUATOR, CONTROLLER} <= values.interfaces.keys() and "force_law" in values.interfaces[ACTUATOR].ports:
         for port in values.interfaces[ACTUATOR].matching(f"*.{MEASURED[0]}_?"):
             yield port.name.rpartition(".")[0], port.name[-1]
 
 
 def _slopes(bearing: str, axis: str, of_axis: Mapping[str, float], law: int) -> tuple[float, float]:
-    """Return K_s (N/m) and K_i (N/A) of a magnet by a force law."""
+    """Return K_s (N/m) and K_i (N/A) of a magnet according to a force law."""
     from amb_cosim.model_constants.magnetic_bearing import (  # measured ones need no scipy
         axis_parameters,
         operating_constants,
@@ -147,7 +148,7 @@ def _slopes(bearing: str, axis: str, of_axis: Mapping[str, float], law: int) -> 
 
 
 def _set_if_allowed(missing: MissingParameters, name: str, value: float) -> None:
-    """Set a parameter unless the user has set it, or the controller lacks it, refuses the value, or has it already."""
+    """Set a parameter unless the user has set it, or the controller lacks it, refuses the value or already has it."""
     port = missing.values.interfaces[CONTROLLER].ports.get(name.removeprefix(f"{CONTROLLER}."))
     if port is None or math.isclose(missing.values.parameter(name), value):
         return
@@ -156,7 +157,7 @@ def _set_if_allowed(missing: MissingParameters, name: str, value: float) -> None
 
 
 def _difference(values: Assignments, name: str, of_magnet: float) -> str:
-    """Return a parameter and the value of the magnet if they differ much, otherwise an empty text."""
+    """Return a phrase that states a parameter and the magnet's value if they differ much; otherwise an empty text."""
     component, _, variable = name.partition(".")
     port = values.interfaces[component].ports.get(variable)
     if port is None:

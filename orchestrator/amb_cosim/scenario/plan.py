@@ -1,4 +1,4 @@
-"""A scenario as an experiment in seconds: cycles become times, unbalances are scaled, the speed follows its points."""
+"""A scenario as an experiment in seconds: cycles become times, unbalances are scaled, and speed points are joined."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class ScenarioPlan(Plan):
 
     @property
     def profile(self) -> tuple[tuple[int, float], ...]:
-        """Points (communication point, rad/s) between which the speed is linear; empty if it is constant."""
+        """Points (communication point, rad/s) between which the speed is linear; empty if the speed is constant."""
         return next((ramp.points for ramp in self.ramps if ramp.variable == SPEED), ())
 
 
@@ -72,27 +72,27 @@ def scenario_plan(
     recorded: Sequence[str] | None = None,
     first: ScenarioStart | None = None,
 ) -> ScenarioPlan:
-    """Plan a scenario on the time grid of the master: cycle 0 begins at time 0, preceded by settling.
+    """Plan a scenario on the time grid of the master; settling precedes cycle 0, which begins at time 0.
 
     Parameters
     ----------
     scenario, assembly
-        The scenario and its FMUs. Signals of the rotor's places are always recorded, as figures need them.
+        The scenario and its FMUs. Signals of the rotor's places are always recorded, because figures need them.
     settings
         Values by `component.variable`, or by a signal's name, that replace the scenario's initial values.
     until
-        End of the run from the beginning of cycle 0, in s or with its unit, instead of the scenario's. It is rounded to
-        whole steps, with a notice.
+        End of the run, measured from the beginning of cycle 0, in s or with a unit; it replaces the scenario's end. It
+        is rounded to whole steps, and a notice reports the rounding.
     recorded
         Patterns of all recorded variables, instead of those that scenario, summary and figures require.
     first
-        The `start_of` of the same scenario and settings, with any events, if they are known.
+        The result of `start_of` for the same scenario and settings, if it is known; the events may differ.
 
     Raises
     ------
     ValueError
-        For names that do not exist, values that are not allowed, times that do not fit the steps, sensors without a
-        connection, and a table of receptances of another loop.
+        If a name does not exist, a value is not allowed, a time does not fit the steps, a sensor is not connected, or a
+        table of receptances belongs to another loop.
     """
     first = first or start_of(scenario, assembly, settings)
     values = first.values.copy()
@@ -113,7 +113,7 @@ def _experiment(
     until: Raw | None,
     recorded: Sequence[str] | None,
 ) -> Experiment:
-    """Return a scenario as an experiment in seconds; `values` receive the state of the drive before it is released."""
+    """Return a scenario as an experiment in seconds; `values` receives the state of the drive before its release."""
     coupling = scenario.coupling or assembly.system.coupling
     period, h = cycle_period(values.inputs[SPEED]), scenario.step_size(coupling)
     end, notices = _end(scenario, until, period, h)
@@ -152,7 +152,7 @@ def _experiment(
 
 
 def _end(scenario: Scenario, until: Raw | None, period: float, h: float) -> tuple[float, tuple[str, ...]]:
-    """Return the end of a run (s) on the grid of steps of h (s), and a notice if `until` is not on it."""
+    """Return the end of a run (s), rounded to whole steps of h (s), and a notice if `until` was rounded."""
     if until is None:
         return max(1, nearest_point("stop_time", scenario.end(period), h)) * h, ()
     time = quantity(until, "s", "until")
@@ -178,10 +178,11 @@ def _events_after(scenario: Scenario, end: float, period: float) -> tuple[str, .
 def _release(
     scenario: Scenario, values: Assignments, events: Sequence[InputChange], marks: Mapping[str, float]
 ) -> list[InputChange]:
-    """Hold the speed of a free spin, and return the change that ends this, at the first event or else at cycle 0.
+    """Hold the speed of a free spin, and return the change that releases it at the first event, or at cycle 0.
 
-    A motion that settles under a drive with a limit would not begin at the speed of the scenario. A speed that changes
-    counts as an event, and so do marked changes. Scenarios that set `drive.ideal` are left as they are.
+    If the motion settled under a drive with a limit, the run would not begin at the speed of the scenario. A changing
+    speed counts as an event at cycle 0, and marked changes also count as events. Scenarios that set `drive.ideal` are
+    left as they are.
     """
     ideal = f"{PLANT}.{IDEAL}"
     if PLANT not in values.interfaces or IDEAL not in values.interfaces[PLANT].ports:
@@ -194,10 +195,10 @@ def _release(
 
 
 def _with_first_angle(plan: Plan, cycles: float) -> Mapping[str, Mapping[str, float]]:
-    """Return the parameters with the angle at which the rotor starts, so that its angle at cycle 0 is exact.
+    """Return the parameters, including the start angle that makes the rotor's angle at cycle 0 exact.
 
-    The run starts at a communication point, up to a step before the settling begins. At cycle 0 the angle is the
-    parameter's (0 by default), plus these cycles, for any step.
+    The run starts at a communication point, up to a step before the settling begins. At cycle 0 the angle is the value
+    of the parameter (0 by default) plus the settling cycles, whatever the step.
     """
     offset = plan.first + in_steps(cycles * plan.period, plan.step_size)
     parameters = {component: dict(values) for component, values in plan.parameters.items()}
@@ -210,7 +211,7 @@ def _with_first_angle(plan: Plan, cycles: float) -> Mapping[str, Mapping[str, fl
 
 @dataclass(frozen=True)
 class ScenarioStart:
-    """Start of a scenario, independent of its events: values, warnings, and why its motion cannot be solved."""
+    """Start of a scenario without its events: values, warnings, and why its motion cannot be solved, if so."""
 
     values: Assignments
     warnings: tuple[str, ...]
@@ -218,10 +219,10 @@ class ScenarioStart:
 
 
 def start_of(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None) -> ScenarioStart:
-    """Return the start of a scenario; arguments and errors as for `scenario_plan`.
+    """Return the start of a scenario; arguments and errors are those of `scenario_plan`.
 
-    In Jacobi order, a controller that can predict does so over the delay, unless a value is set. Texts of `settings`
-    without a unit that are far from the scenario's values are refused.
+    In Jacobi order, a controller that can predict does so over the delay, unless its prediction time is set. Values in
+    `settings` are refused if they are texts without a unit and far from the scenario's values.
     """
     values = assembly.assignments()
     with errors_in(f"scenario {scenario.name}"):
@@ -253,7 +254,7 @@ def start_of(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw]
 
 
 def _essential(places: RotorPlaces) -> tuple[str, ...]:
-    """Return patterns of variables for summary and plots, which are always recorded."""
+    """Return patterns of the variables that summary and plots need, which are always recorded."""
     measured = [name for signals in places.measured.values() for name in signals]
     along = [places.thrust] if places.thrust else []
     of_places = (*(f"{bearing}.[xy]" for bearing in places.bearings), *(f"{at}.*" for at in (*places.contacts, *along)))
@@ -261,7 +262,7 @@ def _essential(places: RotorPlaces) -> tuple[str, ...]:
 
 
 def _contact(places: RotorPlaces) -> dict[str, OverStep]:
-    """Return how variables that contact figures require at every step, even in a decimated record, summarise a step."""
+    """Return the rules by which a thinned record summarises a step, for the variables that contact figures require."""
     sampled = ("f_n", "mode", "whirl_speed", "race_speed", "friction_power", "heat")
     of_sites: dict[str, OverStep] = {
         "f_n_peak": "largest",
@@ -279,7 +280,7 @@ def _contact(places: RotorPlaces) -> dict[str, OverStep]:
 def _scaled(
     variables: Mapping[str, Mapping[str, Raw]], scenario: Scenario, values: Assignments, only: str | None = None
 ) -> list[tuple[str, Raw]]:
-    """Return names and values of inputs, including missing ones; unbalances (kg m) times the factor of the scenario."""
+    """Return names and values of inputs, including missing ones; the scenario's factor scales unbalances (kg m)."""
     scaled: list[tuple[str, Raw]] = []
     for component, table in variables.items():
         for variable, raw in table.items():

@@ -1,4 +1,4 @@
-"""Notes on a plan: idle switches, effects that make turns differ, implausible sizes and unbalances, viscous losses."""
+"""Notes on a plan: idle switches, effects that make turns differ, implausible sizes or unbalances, viscous losses."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def idle_switches(values: Assignments, stated: Collection[str]) -> list[str]:
     Parameters
     ----------
     stated
-        Parameters, `component.variable`, set by the user.
+        Parameters, `component.variable`, that the user has set.
     """
     controller = values.interfaces.get(CONTROLLER)
     preset = None if controller is None else controller.ports.get(PRESET)
@@ -43,7 +43,7 @@ def idle_switches(values: Assignments, stated: Collection[str]) -> list[str]:
 
 
 def unsteady_effects(values: Assignments) -> str:
-    """Return the names of signal chain effects that make turns differ; empty if there are none."""
+    """Return the names of signal-chain effects that make every turn differ; empty if there are none."""
     effects = []
     for component, interface in values.interfaces.items():
         preset = interface.ports.get(PRESET)
@@ -56,7 +56,7 @@ def unsteady_effects(values: Assignments) -> str:
 
 
 def implausible_sizes(assembly: Assembly) -> list[str]:
-    """Return the sentences on implausible sizes of the rotors (`rotor_analysis.implausible_sizes`)."""
+    """Return the sentences on implausible sizes of the rotors (see `rotor_analysis.implausible_sizes`)."""
     return [sentence for fmu in assembly.fmus.values() for sentence in (fmu.layout or {}).get("implausible", ())]
 
 
@@ -65,8 +65,8 @@ def implausible_unbalances(plan: Plan) -> list[str]:
 
         G = e Omega,   e = u/m     (ISO 21940-11)
 
-    m is the mass of the rotor, Omega its highest speed. A mistaken prefix of its unit changes u by a factor of 1000,
-    and thus a residual unbalance of 2.5 mm/s to 2500 mm/s.
+    m is the mass of the rotor, and Omega is its highest speed. A wrong prefix in the unit of u changes u by a factor of
+    1000, so that a residual unbalance of 2.5 mm/s becomes 2500 mm/s.
     """
     changes = [*plan.inputs.items(), *((name, value) for _, name, value in plan.events)]
     of_profile = [value for ramp in plan.ramps if ramp.variable == SPEED for _, value in ramp.points]
@@ -91,7 +91,7 @@ def implausible_unbalances(plan: Plan) -> list[str]:
 
 
 def viscous_losses(assembly: Assembly) -> list[str]:
-    """Return a sentence for each rotor whose loss factor is approximated by viscous damping (`hysteresis`)."""
+    """Return a sentence for each rotor whose loss factor is approximated by viscous damping (see `hysteresis`)."""
     losses = {name: (fmu.layout or {}).get("loss_factor", 0.0) for name, fmu in assembly.fmus.items()}
     return [
         f"{name}: loss_factor = {eta:g} acts as viscous damping with equal loss in the elastic modes of the free rotor "

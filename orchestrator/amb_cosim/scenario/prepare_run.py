@@ -27,7 +27,8 @@ def prepare_run(
 ) -> ScenarioPlan:
     """Find the FMUs of a scenario, check its system and plan its run; see `scenario_plan` for the arguments.
 
-    A run that continues from `options.start` uses the stators of its past, with a warning if others lose their power.
+    A run that continues from `options.start` keeps the stators of its past; a warning is added if magnets with other
+    stators lose their power.
 
     Raises
     ------
@@ -46,9 +47,9 @@ def prepare_run(
 def assemble_scenario(
     scenario: Scenario, settings: Mapping[str, Raw] | None = None, options: RunOptions = DEFAULTS
 ) -> Assembly:
-    """Find the FMUs of a scenario and check its system, for any values of the scenario.
+    """Find the FMUs of a scenario and check its system; the result holds for any values of the scenario.
 
-    The `settings` matter only for the stators that the rotor can touch, see `stators_of_run`.
+    The `settings` only determine which stators the rotor can touch (see `stators_of_run`).
 
     Raises
     ------
@@ -61,7 +62,7 @@ def assemble_scenario(
 
 
 def model_options(scenario: Scenario) -> dict[str, Any]:
-    """Return the options that the models of a scenario are made with, except touchable stators: rotor, receptances.
+    """Return the options (rotor and receptances) with which a scenario's models are made, except touchable stators.
 
     Raises
     ------
@@ -75,7 +76,7 @@ def model_options(scenario: Scenario) -> dict[str, Any]:
 
 
 def system_of(scenario: Scenario) -> System:
-    """Return the system of a scenario, with its replacing FMUs.
+    """Return the system of a scenario, in which the scenario's FMUs replace components.
 
     Raises
     ------

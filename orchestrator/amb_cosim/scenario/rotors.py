@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def is_rotor(value: object) -> TypeIs[Rotor]:
-    """Return whether a value is a rotor, without importing its classes, which a run by name does not need."""
+    """Return whether a value is a rotor, without importing the rotor classes, which a run by name does not need."""
     return _is(value, "rotor_analysis.rotor", "Rotor")
 
 
@@ -46,7 +46,7 @@ def _is(value: object, module: str, name: str) -> bool:
 
 
 def named(value: object) -> object:
-    """Return the name of a rotor, the rotor of a table, or a controller's model; leave names and paths unchanged."""
+    """Return the name of a rotor, a table's rotor, or a controller's model; return names and paths unchanged."""
     if is_controller(value):
         return value.model
     return value.name if is_rotor(value) else value.rotor if is_table(value) else value

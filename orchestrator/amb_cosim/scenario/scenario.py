@@ -1,4 +1,4 @@
-"""Scenarios of a levitated rotor: machine, speed, and events; read from TOML and checked."""
+"""Scenarios of a levitated rotor (machine, speed and events), read from TOML and checked."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ class Scenario(Table):
     Cycles are periods of rotation at the initial speed, counted from the end of settling. A cycle of a rotor that is
     initially at rest lasts 10 ms.
 
-    Keys of `inputs`, `parameters` and `fmu` are component names; `*` and `?` in the names of parameters and inputs
-    match any characters and any one character.
+    Keys of `inputs`, `parameters` and `fmu` are component names. In the names of parameters and inputs, `*` matches any
+    characters and `?` matches any single character.
 
     Examples
     --------
@@ -152,7 +152,7 @@ class Scenario(Table):
         return load_scenario(str(name))
 
     def changed(self, **fields: Any) -> Scenario:
-        """Return the scenario with other fields; tables (`inputs`, `parameters`, ...) are merged, the rest is replaced.
+        """Return the scenario with other fields; tables (`inputs`, `parameters`, ...) are merged, others are replaced.
 
         Raises
         ------
@@ -162,14 +162,14 @@ class Scenario(Table):
         return make_scenario(overlaid(self._data(), fields), self.name)
 
     def machine(self, **fields: Any) -> Scenario:
-        """Return a scenario of the same machine and parameters, with other events and `fields`.
+        """Return a scenario with the same machine and parameters, but with other events and `fields`.
 
-        It lasts a second without settling unless they set something else.
+        The scenario lasts one second without settling, unless `fields` set something else.
 
         Raises
         ------
         ValueError
-            If inputs or events, which are left out, name a component that does not exist.
+            If the inputs or events that are left out name a component that does not exist.
         """
         system = load_system(self.system, {"gradient": self.gradient})
         with errors_in(f"scenario {self.name}"):
@@ -218,7 +218,7 @@ class Scenario(Table):
         return cycle_period(self.initial_speed)
 
     def step_size(self, coupling: Coupling) -> float:
-        """Return the communication step (s) in a coupling."""
+        """Return the communication step (s) for a coupling."""
         if self.communication_step is None:
             return DEFAULT_STEPS[coupling]
         return time_of(self.communication_step, "communication_step")
@@ -245,12 +245,12 @@ class Scenario(Table):
         return (*events, *(profile for profile in self.profile if profile.name))
 
     def by_role(self, role: Role) -> Event | InputProfile | None:
-        """Return the event or profile with that role, if there is one."""
+        """Return the event or profile with this role, if there is one."""
         return next((change for change in self.named_changes if change.role == role), None)
 
 
 def checked_speed(speed: float, written: Raw = 0.0) -> float:
-    """Return the speed (rad/s), if a rotor can turn at it.
+    """Return the speed (rad/s) if it is one at which a rotor can turn.
 
     Raises
     ------
@@ -270,7 +270,7 @@ def tilt_of(written: Raw) -> float:
     Raises
     ------
     ValueError
-        If it is beyond the vertical.
+        If the shaft is tilted beyond the vertical.
     """
     value = quantity(written, "rad", "tilt")
     if not abs(value) <= 0.5 * math.pi * (1.0 + 1e-9):
@@ -279,12 +279,12 @@ def tilt_of(written: Raw) -> float:
 
 
 def share_across(tilt: float) -> float:
-    """Return the share of gravity across a shaft of this tilt (rad): its cosine, and exactly 0 if it is upright."""
+    """Return the share of gravity across a shaft of this tilt (rad): its cosine, or exactly 0 for an upright shaft."""
     return 0.0 if math.isclose(abs(tilt), 0.5 * math.pi, rel_tol=1e-9) else math.cos(tilt)
 
 
 def cycle_period(speed: float) -> float:
-    """Return the duration of a cycle (s) at an initial speed (rad/s): a turn, or `AT_STANDSTILL`."""
+    """Return the duration of a cycle (s) at an initial speed (rad/s): a turn or, at rest, `AT_STANDSTILL`."""
     return 2.0 * math.pi / speed if checked_speed(speed) else AT_STANDSTILL
 
 
@@ -302,7 +302,7 @@ def scenarios() -> dict[str, str]:
 def load_scenario(name: str | None = None) -> Scenario:
     """Read the scenario called `name`, or the TOML file at that path; without a name, the default of the packs.
 
-    A file with a `base`, the name or path of another one, contains only the differences; see `file`.
+    A file with a `base` (the name or path of another file) contains only the differences from it; see `file`.
 
     Raises
     ------

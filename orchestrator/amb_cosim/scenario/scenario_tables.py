@@ -1,4 +1,4 @@
-"""Tables of a scenario file: events, points of the speed, conditions that end the run, and figures."""
+"""Tables of a scenario file: events, speed points, conditions that end the run, and figures."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class _Moment(Table):
 
     @property
     def described(self) -> str:
-        """Its name in messages, without a place in the file."""
+        """The name of the event in messages, without its position in the file."""
         raise NotImplementedError
 
     def moment(self, period: float) -> float:
-        """Return its time (s) for cycles of `period` (s)."""
+        """Return the time (s) of the event for cycles of `period` (s)."""
         if (self.cycle is None) == (self.time is None):
             raise ValueError(f"{self.described} needs either cycle or time")
         if self.cycle is not None:
@@ -47,7 +47,7 @@ class _Moment(Table):
 
 
 class _Named(Table):
-    """A change that figures and summary name."""
+    """A change that figures and the summary name."""
 
     label: Label | None = None
     """Unique name, used in figures and for the event in sweeps, such as `power_loss`; default: its role."""
@@ -58,7 +58,7 @@ class _Named(Table):
 
     @property
     def name(self) -> str:
-        """Its label or, if it has none, its role; empty if it has neither."""
+        """The label of the change or, without a label, its role; empty if it has neither."""
         return self.label or self.role or ""
 
 
@@ -70,7 +70,7 @@ class Event(_Named, _Moment):
 
     @property
     def described(self) -> str:
-        """`event step`, or if it has no name, `the event that sets rotor_contact`."""
+        """`event step` or, for an event without a name, `the event that sets rotor_contact`."""
         return f"event {self.name}" if self.name else f"the event that sets {', '.join(self.set)}"
 
 
@@ -86,7 +86,7 @@ class InputProfile(_Named, ProfileTable):
         return f"profile {self.name or self.variable or self.file}"
 
     def moment(self, period: float) -> float:
-        """Return the time (s) at which it begins to change; `period` is not used."""
+        """Return the time (s) at which the input begins to change; `period` is not used."""
         return min(_beginning(profile) for profile in self.profiles(0.0))
 
 
@@ -99,7 +99,7 @@ def _beginning(profile: Profile) -> float:
 
 
 class SpeedPoint(_Moment):
-    """A speed at a point in time; it changes linearly from the previous point."""
+    """A speed at a point in time; the speed changes linearly from the previous point."""
 
     Omega: Value
     """Speed at that time."""
@@ -111,7 +111,7 @@ class SpeedPoint(_Moment):
 
 
 class Stop(Table):
-    """The run ends as soon as a signal has been above, or below, a value for a certain time."""
+    """A condition that ends the run: a signal has been above, or below, a value for a certain time."""
 
     variable: str
     """An output, or an input that the scenario sets, by its name in the data set."""
@@ -129,7 +129,7 @@ class Stop(Table):
     """The same in seconds."""
 
     def condition(self, period: float) -> StopCondition:
-        """Return the condition, with times in s, for cycles of `period` (s)."""
+        """Return the condition with its times in s, for cycles of `period` (s)."""
         hold = self._duration("hold", self.hold_cycles, self.hold_time, period)
         begin = self._duration("from", self.from_cycle, self.from_time, period)
         return StopCondition(self.variable, self.above, self.below, hold, begin)

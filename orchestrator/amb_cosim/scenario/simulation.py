@@ -48,30 +48,32 @@ def run(
         Values by `component.variable` that replace the scenario's: `{"rotor_contact.seal.clearance": "0.6 mm"}`. A
         number is in the unit of the variable.
     until
-        End of the run from the beginning of cycle 0, in s or as a text with a unit.
+        End of the run, measured from the beginning of cycle 0, in s or as a text with a unit.
     rotor, receptances
-        A `Rotor`, the name of a packaged rotor or a rotor file, and a table of receptances for the controller's H, a
-        `ReceptanceTable` or its file, in place of the scenario's.
+        Replacements of the scenario's rotor and of its table of receptances for the controller's H. The rotor is a
+        `Rotor`, the name of a packaged rotor, or a rotor file; the table is a `ReceptanceTable` or its file.
     fmu
-        Replacements of components by name: FMU, model, or controller of `amb_cosim.linear_controller`.
+        Replacements of components, by the name of the component: an FMU, a model, or a controller from
+        `amb_cosim.linear_controller`.
     flavour
-        `native` FMUs, which are compiled and need no Python, or those run by PythonFMU.
+        `native` for FMUs that are compiled and need no Python, or the flavour of FMUs that PythonFMU runs.
     loop
         `compiled`, or `plain` Python for reference; the results are the same to the last bit.
     progress
-        Whether a bar is shown (default in a terminal and a notebook), or a function called with the steps done and
-        their number.
+        Whether a bar is shown (default in a terminal and a notebook), or a function that is called with the number of
+        finished steps and the number of all steps.
     isolated
-        Whether the FMUs run in a separate process, so that a crash is an exception here; by default only if one of them
-        is an FMU file.
+        Whether the FMUs run in a separate process, so that a crash only raises an exception; by default only if one of
+        them is an FMU file.
     save_at
-        Times, `cycle 5` or `0.3 s`, whose state `result.checkpoint` returns; changes at these times are still to come.
+        Times, such as `cycle 5` or `0.3 s`, whose state `result.checkpoint` returns. The state does not yet include
+        changes at these times.
     start
-        A checkpoint with the same past, or its file, from which the run continues. The result is that of the whole run,
-        to the last bit.
+        A checkpoint with the same past, or its file, from which the run continues. The result equals that of the whole
+        run to the last bit.
     autosave, autosave_every
-        File of automatic checkpoints, and seconds of computing between them. The same run, started again, continues
-        from it.
+        File for automatic checkpoints, and computing time between them (s). If the same run is started again, it
+        continues from this file.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """Contact with the stators of magnetic bearings, the last support of a rotor whose magnets have lost their power.
 
-An energised magnet pulls a rotor that crosses the air gap into the stator, which the actuator reports as a fault. If
-the magnet has no power, the rotor touches the bore, steel on steel, just beyond the smaller air gap of the bearing's
-two axes:
+If a rotor crosses the air gap of an energised magnet, the magnet pulls it into the stator, and the actuator reports a
+fault. If the magnet has no power, the rotor touches the bore, steel on steel, just beyond the smaller air gap of the
+bearing's two axes:
 
     |r| <= 1.001 min(l_x, l_y)
 
@@ -32,7 +32,7 @@ DRY_STEEL = {"mu": 0.3, "restitution": 0.3}  # friction and restitution of steel
 
 
 def reasons_for_stators(scenario: Scenario, settings: Mapping[str, Raw]) -> tuple[str, ...]:
-    """Return the names and patterns, `component.variable`, set by a scenario or its `settings`, that need stators.
+    """Return the names and patterns, `component.variable`, that require stators and that a scenario or `settings` set.
 
     These variables switch amplifiers off at any time, or are parameters of the stators themselves.
     """
@@ -52,10 +52,10 @@ def _switches_off(name: str, raw: Raw) -> bool:
 
 
 def touchable_stators(scenario: Scenario, system: System, settings: Mapping[str, Raw]) -> tuple[str, ...]:
-    """Return the magnetic bearings whose stators the rotor can touch, by the `reasons_for_stators`.
+    """Return the magnetic bearings whose stators the rotor can touch, according to `reasons_for_stators`.
 
-    If another FMU replaces plant or actuator, none are returned, because its treatment of a rotor at the stator is
-    unknown.
+    If another FMU replaces the plant or the actuator, no bearings are returned, because it is unknown how that FMU
+    treats a rotor at the stator.
     """
     reasons = reasons_for_stators(scenario, settings)
     if not reasons or not _is_modelled(system):
@@ -71,7 +71,7 @@ def touchable_stators(scenario: Scenario, system: System, settings: Mapping[str,
 def stators_of_run(
     scenario: Scenario, system: System, settings: Mapping[str, Raw], start: Checkpoint | None = None
 ) -> tuple[str, ...]:
-    """Return the bearings whose stators are part of a run: the ones of its past, or the `touchable_stators`."""
+    """Return the bearings whose stators are part of a run: those of its past, if any, or `touchable_stators`."""
     if start is None:
         return touchable_stators(scenario, system, settings)
     parameters = start.past.get("parameters", {}).get(PLANT, {})
@@ -83,7 +83,7 @@ def stators_of_run(
 def lacking_stators(
     scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw], start: Checkpoint
 ) -> list[str]:
-    """Return a warning if a run switches off amplifiers of bearings whose stators its past lacks."""
+    """Return a warning if a run switches off amplifiers of bearings that had no stators in the run's past."""
     modelled = assembly.options["stators"]
     missing = [name for name in touchable_stators(scenario, assembly.system, settings) if name not in modelled]
     if not missing:
@@ -95,7 +95,7 @@ def lacking_stators(
 
 
 def _is_modelled(system: System) -> bool:
-    """Return whether plant and actuator are the models of that name."""
+    """Return whether the plant and the actuator are the models with these names."""
     models = {component.name: component.fmu for component in system.components}
     return models.get(PLANT) == PLANT and models.get(ACTUATOR) == ACTUATOR
 
@@ -107,14 +107,15 @@ def _bearings(scenario: Scenario) -> list[str]:
 
 
 def set_stators(values: Assignments, bearings: Sequence[str], assigned: Iterable[str]) -> None:
-    """Set the contact sites in the stator bores of bearings: their air gap as clearance, and dry steel on steel.
+    """Set the contact sites in stator bores: the air gap is their clearance, and the contact is dry steel on steel.
 
     Parameters
     ----------
     values
         The values of all parameters.
     bearings
-        The bearings with such a site. The values of a site that the rotor declares itself stay as they are.
+        The bearings with such a site. If the rotor itself declares a site there, the values of that site are not
+        changed.
     assigned
         Names and patterns, `component.variable`, of all parameters that a user has set. Patterns that also match other
         sites are meant for those sites only.

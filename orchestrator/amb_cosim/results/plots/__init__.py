@@ -54,15 +54,15 @@ class Plots:
         return figure(self._dataset, "orbits")
 
     def displacement(self) -> Figure:
-        """Draw radial displacement over clearance at the same places, and the spin speed if it changes."""
+        """Draw the radius relative to the clearance at the places of `orbits`, and the spin speed if it changes."""
         return figure(self._dataset, "displacement")
 
     def contact(self) -> Figure:
-        """Draw the normal contact force at each touched site, each on its own scale, and when it is in contact."""
+        """Draw the normal contact force at each touched site, each on its own scale, and the times in contact."""
         return figure(self._dataset, "contact")
 
     def whirl(self) -> Figure:
-        """Draw the whirl speed at each site of `contact`, and whether the rotor slides or rolls there."""
+        """Draw the whirl speed at each site of `contact`, and mark whether the rotor slides or rolls there."""
         return figure(self._dataset, "whirl")
 
     def magnets(self) -> Figure:
@@ -74,11 +74,11 @@ class Plots:
         return figure(self._dataset, "energy")
 
     def touchdown(self) -> Figure:
-        """Draw orbits within the clearance, heights, speeds of rotor and races, and temperatures of a touchdown."""
+        """Draw a touchdown: orbits within the clearance, heights, speeds of rotor and races, temperatures."""
         return figure(self._dataset, "touchdown")
 
     def turns(self) -> Figure:
-        """Draw the last turns at bearings and sites, with keyphasor marks and the direction of whirl."""
+        """Draw the last turns at bearings and sites, with keyphasor marks and arrows in the direction of whirl."""
         return figure(self._dataset, "turns")
 
     def __call__(self, *variables: str, begin: Raw | None = None, until: Raw | None = None) -> Figure:
@@ -89,7 +89,7 @@ class Plots:
         variables
             Names of variables, with or without their component, or patterns; variables of the same unit share a panel.
         begin, until
-            Moments: a time (s), a text with its unit, or `cycle 5`; those of the record by default.
+            Beginning and end: a time (s), a text with its unit, or `cycle 5`; by default those of the record.
 
         Raises
         ------
@@ -125,7 +125,7 @@ def figure(dataset: Signals, name: str) -> Figure:
     Raises
     ------
     ValueError
-        If there is no figure of that name, or the run recorded no sample or not the variables of the figure.
+        If there is no figure of that name, or if the run recorded no sample or lacks the variables of the figure.
     """
     if name not in MODULES:
         raise ValueError(f"figure = {name!r} is not allowed; it must be one of {', '.join(MODULES)}")
@@ -148,7 +148,7 @@ def figure(dataset: Signals, name: str) -> Figure:
 
 
 def draw_all(dataset: Signals, folder: Path) -> list[Path]:
-    """Write the figures that suit a run to a folder, and return their paths: none if it recorded no motion."""
+    """Write the figures that suit a run to a folder and return their paths; none if no motion was recorded."""
     dataset = finite_signals(dataset)[0]
     if not has_motion(dataset):
         return []
@@ -161,10 +161,10 @@ def draw_all(dataset: Signals, folder: Path) -> list[Path]:
 
 
 def chosen(dataset: Signals) -> list[str]:
-    """Return the names of the figures that the scenario requests, by default those that suit, if the run allows them.
+    """Return the names of the requested figures that the run allows or, without a request, of those that suit it.
 
-    Orbits overlap while the speed changes; whirl is of interest if the rotor rolls on a bearing. The figure of a
-    touchdown contains its own orbits.
+    Without a request, orbits are left out if the speed changes, because they would overlap, and if there is a
+    touchdown, whose figure contains its own orbits. The whirl is included if the rotor rolls on a bearing.
     """
     if "plot_figures" in dataset.attrs:
         return [name for name in json.loads(dataset.attrs["plot_figures"]) if not _lacks(dataset, name)]
@@ -193,7 +193,7 @@ def _is_touched(dataset: Signals) -> bool:
 
 
 def _has_magnets(dataset: Signals) -> bool:
-    """Return whether a current or force of a magnetic bearing that is not always zero was recorded."""
+    """Return whether the record has a current or force of a magnetic bearing that is not always zero."""
     return any(map(partial(is_magnetic, dataset), places(dataset).magnets))
 
 

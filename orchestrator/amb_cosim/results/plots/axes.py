@@ -1,4 +1,4 @@
-"""Shared parts of the figures of a run: titles, and the time axis in cycles, or in seconds if the speed changes."""
+"""Parts that the figures of a run share: titles, and the time axis in cycles, or in seconds if the speed changes."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def clearance(dataset: Signals, site: str) -> float:
 
 
 def add_title(figure: Figure, dataset: Signals) -> None:
-    """Write the name of the scenario, its spin speed and its description, with speeds in the same unit, above it."""
+    """Write the scenario's name, spin speed and description above the figure, with all speeds in the same unit."""
     speeds = speed(dataset)
     name = Path(dataset.attrs["scenario"]).stem
     ends = (speeds[0], speeds[-1]) if speed_is_drawn(dataset) else (speeds[0],)
@@ -55,13 +55,13 @@ def add_title(figure: Figure, dataset: Signals) -> None:
 
 
 def orbit_labels(dataset: Signals, unit: str) -> tuple[str, str]:
-    """Return the labels of the axes of an orbit as `upright` turns it: horizontal and vertical, or x and y."""
+    """Return the axis labels of an orbit: horizontal and vertical if `upright` turns it, and x and y otherwise."""
     right, up = (f"${name}$" if len(name) == 1 else name for name in directions(dataset))
     return f"{right} ({unit})", f"{up} ({unit})"
 
 
 def mark_axes(panel: Axes, dataset: Signals) -> None:
-    """Write at the edge of an orbit that was turned upright in which directions x and y of the magnets point."""
+    """Mark the directions x and y of the magnets at the edge of an orbit that was turned upright."""
     if upright(dataset) == 1.0:
         return
     limit = panel.get_xlim()[1]
@@ -82,24 +82,24 @@ def speed_is_drawn(dataset: Signals) -> bool:
 
 @dataclass(frozen=True)
 class Station:
-    """A place on the rotor whose motion is drawn: a bearing, or a contact site, which is then also its `site`."""
+    """A place on the rotor whose motion is drawn: a bearing or a contact site; `site` is its contact site, if any."""
 
     title: str
     place: str
     site: str
 
     def path(self, dataset: Signals) -> Array:
-        """Return x and y (m) at each sample, see `orbits.path`, shape (2, n); NaN if they were not recorded."""
+        """Return x and y (m) at each sample, as `orbits.path` does, shape (2, n); NaN if they were not recorded."""
         result = path(dataset, self.place)
         return np.full((2, dataset.sizes["time"]), np.nan) if result is None else result
 
     def seen(self, dataset: Signals) -> Array:
-        """Return `path` as a picture shows it, to the right and upwards, shape (2, n) (m)."""
+        """Return `path` (m) with the components to the right and upwards, as a picture shows it, shape (2, n)."""
         return turned_upright(dataset, self.path(dataset))
 
 
 def stations(dataset: Signals) -> list[Station]:
-    """Return the retainer of each bearing, or the bearing without one, and the other contact sites of `touchable`."""
+    """Return each bearing's retainer, or the bearing if it has none, and the other contact sites of `touchable`."""
     rotor = places(dataset)
     bearings = [Station(bearing_title(dataset, b), site or b, site) for b, site in rotor.bearings.items()]
     others = (site for site in touchable(dataset) if site not in rotor.retainers and path(dataset, site) is not None)
@@ -141,7 +141,7 @@ def fall_interval(dataset: Signals, times: Array | None = None) -> tuple[float, 
     """Return the limits of the time axis between which the first impacts of a fall are enlarged.
 
     The result is None for a run without a fall, or if this part is nearly the whole run or has too few samples for a
-    curve. The samples are those of the data set, unless the curves have their own.
+    curve. The samples are those of the data set, unless `times` contains those of the curves.
     """
     first, times = first_impacts(dataset), time_values(dataset) if times is None else times
     if first is None:
@@ -180,7 +180,7 @@ def _time_limits(dataset: Signals) -> tuple[float, float]:
 
 
 def label_time_axis(axes: Axes, dataset: Signals) -> None:
-    """Set label, limits and ticks of the time axis."""
+    """Set the label, the limits and the ticks of the time axis."""
     begin, end = _time_limits(dataset)
     axes.set_xlabel("time (s)" if speed_changes(dataset) else "synchronous cycles")
     if end > begin:
@@ -189,7 +189,7 @@ def label_time_axis(axes: Axes, dataset: Signals) -> None:
 
 
 def event_times(dataset: Signals) -> dict[str, float]:
-    """Return the positions of disturbance, relief and the start of ROLAC on the time axis, within its limits."""
+    """Return the times of the disturbance, the relief and the start of ROLAC on the time axis, if within its limits."""
     begin, end = _time_limits(dataset)
     event_cycles = {event_name(dataset, role): dataset.attrs.get(f"{role}_cycle") for role in ROLES}
     event_cycles["ROLAC"] = switched_on(dataset)
@@ -198,17 +198,17 @@ def event_times(dataset: Signals) -> dict[str, float]:
 
 
 def title_padding(dataset: Signals, highest: bool) -> float | None:
-    """Return the distance (points) of a title from its axes; names of events are written below the highest title."""
+    """Return the distance (points) of a title from its axes; the highest title leaves room for the names of events."""
     return 14.0 if highest and event_times(dataset) else None
 
 
 def mark_events(axes: Axes, dataset: Signals) -> None:
-    """Draw vertical lines at disturbance, relief and the start of ROLAC."""
+    """Draw vertical lines at the disturbance, the relief and the start of ROLAC."""
     draw_events(axes, event_times(dataset).values())
 
 
 def name_events(axes: Axes, dataset: Signals) -> None:
-    """Write the names of the events of `mark_events` above the axes, whose limits must equal those of the figure."""
+    """Write the names of the events of `mark_events` above the axes, whose limits must already be the final ones."""
     write_events(axes, event_times(dataset).items())
 
 
@@ -219,9 +219,9 @@ def draw_events(axes: Axes, times: Iterable[float]) -> None:
 
 
 def write_events(axes: Axes, events: Iterable[tuple[str, float]]) -> None:
-    """Write the names of events within the limits above their places; events without room for two names share a label.
+    """Write the names of events within the axis limits above their positions; names that would overlap share a label.
 
-    A shared label is in the middle of its events.
+    A shared label is centred above its events.
     """
     begin, end = axes.get_xlim()
     letter = 0.6 * EVENT_SIZE / 72.0 * axes.figure.dpi / axes.get_window_extent().width * (end - begin)

@@ -42,10 +42,10 @@ MODES = ("free", "sliding", "rolling")
 
 
 def contact(dataset: Signals) -> Figure:
-    """Draw the normal contact force at each touched site, each on its own scale, and when the rotor is in contact.
+    """Draw the normal contact force at each touched site, each on its own scale, and the times in contact.
 
-    The first impacts of a fall, or large forces of short duration, are enlarged beside them, with the values of every
-    step.
+    The first impacts of a fall, or large forces of short duration, are enlarged beside the forces, with the values of
+    every step.
     """
     forces, steps = touched_sites(dataset), at_every_step(dataset)
     ratios = (*[3.0] * len(forces), 0.4 * (len(touchable(dataset)) + 1))
@@ -93,7 +93,7 @@ def add_force_legend(figure: Figure, colours: list[str], runs: list[Signals], si
 
 
 def _around(times: Array, interval: tuple[float, float]) -> slice:
-    """Return the samples within an interval, and one on either side."""
+    """Return the samples within an interval, plus one on either side."""
     first, stop = np.searchsorted(times, interval)
     return slice(max(int(first) - 1, 0), int(stop) + 1)
 
@@ -114,7 +114,7 @@ def _draw_column(
     forces: dict[str, SiteForce],
     within: slice = slice(None),
 ) -> None:
-    """Draw the force at each site and, in the lowest panel, the contact, `within` the samples of `steps`."""
+    """Draw the force at each site and, in the lowest panel, times in contact, for the samples `within` of `steps`."""
     *panels, state_panel = column
     times = time_values(steps)[within]
     for panel, (site, force) in zip(panels, forces.items(), strict=True):
@@ -131,7 +131,7 @@ def _draw_column(
 def whirl(dataset: Signals) -> Figure:
     """Draw the whirl speed at each touched site, with spin speed and rolling speed, and the mode of contact.
 
-    The axis covers the whirl of the rotor; a distant rolling speed is written as text instead of drawn.
+    The axis covers the whirl of the rotor; a rolling speed beyond it is written as text instead of being drawn.
     """
     sites = list(touched_sites(dataset))
     figure = StyledFigure(figsize=(7.0, 2.9 * len(sites)), layout="constrained")
@@ -169,7 +169,7 @@ def whirl(dataset: Signals) -> Figure:
 
 
 def _rolling_whirl(dataset: Signals, site: str) -> tuple[Array, bool]:
-    """Return the whirl speed (rad/s) at which a journal rolls, and whether its retainer lacks a race that turns.
+    """Return the whirl speed (rad/s) at which a journal rolls, and whether its retainer has no turning race.
 
     omega = -(Omega R_s - omega_r (R_s + c))/c                                                     (1)
     """
@@ -181,7 +181,7 @@ def _rolling_whirl(dataset: Signals, site: str) -> tuple[Array, bool]:
 
 
 def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
-    """Return limits that include the spin speed, its negative, and all whirl speeds except `OUTLIERS` at either end."""
+    """Return limits that include the spin speed, its negative, and whirl speeds except `OUTLIERS` at either end."""
     finite = whirling[np.isfinite(whirling)]
     ends = np.quantile(finite, (OUTLIERS, 1.0 - OUTLIERS)) if finite.size else np.zeros(2)
     largest = float(Omega.max(initial=0.0)) or 1.0
@@ -190,7 +190,7 @@ def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
 
 
 def _draw_contact_times(panel: Axes, times: Array, touching: dict[str, Bools], colours: list[str]) -> None:
-    """Draw a bar for each site while the rotor is in contact; the first site is the highest."""
+    """Draw a bar for each site over the times in contact; the bar of the first site is at the top."""
     rows = range(len(touching))
     for row, of_site, colour in zip(reversed(rows), touching.values(), colours, strict=True):
         if of_site.any():

@@ -35,8 +35,8 @@ NODAL_IMPACTS = "lost in impacts\n(nodal rule: may\nbe negative)"
 def energy(dataset: Signals) -> Figure:
     """Draw the stored energy, and below it the work, the heat and the error of the balance since cycle 0.
 
-    The energy of a free spin is a separate curve, beside the energy of the lateral motion. Under the nodal impact rule
-    impacts may create energy, so that their energy is not heat.
+    The energy of a free spin has its own curve beside the energy of the lateral motion. The energy lost in impacts is
+    not labelled as heat under the nodal impact rule, because impacts may then create energy.
     """
     figure = StyledFigure(figsize=(7.0, 4.6), layout="constrained")
     lateral, transferred = figure.subplots(2, 1, sharex=True)

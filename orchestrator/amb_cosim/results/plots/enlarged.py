@@ -23,9 +23,9 @@ Interval = tuple[float, float]
 
 
 def first_impacts(dataset: Signals) -> Interval | None:
-    """Return the times (s) of the first 50 ms of a fall, with its first impacts; None for a run without a fall.
+    """Return the limits (s) of the 50 ms with the first impacts of a fall; None for a run without a fall.
 
-    A contact that no fall precedes, as in a shock, is also shown, from shortly before its first touch.
+    If no fall precedes the contact, as in a shock, the interval begins shortly before the first touch.
     """
     fall, steps = touchdown(dataset), at_every_step(dataset)
     contact, times = in_contact(steps), steps["time"].values
@@ -38,10 +38,10 @@ def first_impacts(dataset: Signals) -> Interval | None:
 
 
 def large_forces(times: Array, forces: list[Array]) -> Interval | None:
-    """Return the times around the large forces if they are only a small part of the run.
+    """Return the limits (s) of the time with large forces, if it is only a small part of the run.
 
-    Forces above the share `LARGE` of the largest force count as large. If they last longer, the first contacts are
-    shown, provided there are `MANY` or more.
+    Forces above the share `LARGE` of the largest force count as large. If the large forces last longer, the first
+    contacts are shown, provided that there are at least `MANY`.
     """
     force = np.nanmax(np.abs(np.nan_to_num(forces)), axis=0) if forces else np.zeros(len(times))
     large = times[force > LARGE * force.max(initial=0.0)]

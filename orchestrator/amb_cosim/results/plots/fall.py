@@ -62,9 +62,9 @@ BELOW = 0.45  # part of the panel of heights below its inset
 def touchdown(dataset: Signals) -> Figure:
     """Draw the orbit at each station in its retainer, and below it heights, speeds, heat and temperatures over time.
 
-    For a rotor with faces, the gaps along the shaft are drawn, too. Heights, which require gravity across the shaft,
-    are drawn for the bearings with retainers; without gravity, their gaps are drawn. An inset enlarges the first
-    impacts; the orbit up to their end is drawn in a dark colour. Titles of orbits name whirl and largest force.
+    For a rotor with faces, the gaps along the shaft are also drawn. At bearings with retainers, heights are drawn if
+    there is gravity across the shaft, and gaps to the retainers otherwise. An inset enlarges the first impacts; the
+    orbit up to their end is drawn in a dark colour. The titles of the orbits state the whirl and the largest force.
     """
     drawn, result = [station for station in stations(dataset) if station.site], places(dataset)
     retainers = {**result.retainers, **result.second}
@@ -123,13 +123,13 @@ def _facts(dataset: Signals, site: str) -> list[str]:
 
 
 def _touches_across(dataset: Signals) -> bool:
-    """Return whether a fall touches more than faces, which stop the rotor along its shaft."""
+    """Return whether, in a fall, the rotor touches anything other than faces, which stop its axial motion."""
     fall = describe(dataset)
     return fall is not None and not places(dataset).faces.keys() >= fall.retainers.keys()
 
 
 def _add_inset(panel: Axes, dataset: Signals, draw: Draw, drawn: list[Station], zoom: tuple[float, float]) -> None:
-    """Enlarge the first impacts in the upper part of a panel, for which its axis is extended."""
+    """Enlarge the first impacts in the upper part of a panel, whose axis is extended to make room for them."""
     low, high = panel.get_ylim()
     ticks = [tick for tick in MaxNLocator(4).tick_values(low, high) if low <= tick <= high]
     panel.set_ylim(low, low + (high - low) / BELOW)
@@ -149,7 +149,7 @@ def _has_housing(dataset: Signals, station: Station) -> bool:
 
 
 def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
-    """Return the legend of colours and dashes of all panels."""
+    """Return the legend that explains the colours and dashes of all panels."""
     falls = bool(gravity_across(dataset))
     names = [*(station.site for station in drawn), *places(dataset).faces]
     entries: list[Artist] = [Line2D([], [], color=colour_of(dataset, name), label=name_label(name)) for name in names]
@@ -165,25 +165,25 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
 
 
 def _reach(dataset: Signals, station: Station) -> float:
-    """Return the largest coordinate in the picture of an orbit (m)."""
+    """Return the largest coordinate (m) in the picture of an orbit."""
     ring = clearance(dataset, station.site) + float(np.abs(_offset(dataset, station.site)).max())
     return max(ring, float(np.nanmax(np.abs(_seen(dataset, station)))))
 
 
 def _offset(dataset: Signals, site: str) -> Array:
-    """Return the position of a retainer at rest to the right and upwards, shape (2,) (m)."""
+    """Return the position (m) of a retainer at rest, to the right and upwards, shape (2,)."""
     values = parameters(dataset)
     offset = np.array([[float(values.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
     return turned_upright(dataset, offset)[:, 0]
 
 
 def _seen(dataset: Signals, station: Station) -> Array:
-    """Return the position of the journal to the right and upwards, for an observer at rest, shape (2, n) (m)."""
+    """Return the position (m) of the journal in the inertial frame, to the right and upwards, shape (2, n)."""
     return turned_upright(dataset, station.path(dataset) + centre(dataset, station.place))
 
 
 def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -> bool:
-    """Draw the path of the journal, the path of a moving housing, and the clearance about its position at rest.
+    """Draw the paths of the journal and of a moving housing, and the clearance around the housing at rest.
 
     Return whether the path has dots.
     """
@@ -207,7 +207,7 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
 
 
 def draw_fall(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
-    """Draw the height at each station against gravity, and the lowest one; without gravity the gap to its retainer."""
+    """Draw the height at each station and its lower limit or, without gravity, the gap to the retainer."""
     unit = length_unit(max((_reach(dataset, station) for station in drawn), default=1.0))
     falls = bool(gravity_across(dataset))
     for station in drawn:

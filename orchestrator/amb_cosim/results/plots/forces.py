@@ -1,4 +1,4 @@
-"""Curves of a contact force: the mean over 1 ms thick, the peaks between samples pale, the largest mean marked."""
+"""Curves of a contact force: a thick line for the 1 ms mean, a pale one for the peaks, a mark at the largest mean."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ LETTERS = 0.1  # share of an axis' height that a number takes
 
 @dataclass(frozen=True)
 class SiteForce:
-    """The force at a site at each sample: its largest value in a step, and the mean of the last millisecond (N).
+    """The force (N) at a site at each sample: its largest value in a step, and its mean over the last millisecond.
 
-    A value that was not recorded is NaN. `marked` is the number in the summary with its sample: the largest mean from
-    cycle 0 on or, without means, the largest peak.
+    A value that was not recorded is NaN. `marked` contains the index of a sample and its force, which the summary
+    states: the largest mean from cycle 0 on or, without means, the largest peak.
     """
 
     peak: Array
@@ -40,7 +40,7 @@ class SiteForce:
 
     @property
     def highest(self) -> float:
-        """The end of an axis for this force (N), which contains the marked number; peaks may be higher."""
+        """The upper limit of an axis for this force (N); it includes the marked force, but peaks may be higher."""
         return max(min(self.highest_peak, REACH * self.marked[1]), self.marked[1])
 
     @property
@@ -62,7 +62,7 @@ def site_force(dataset: Signals, site: str) -> SiteForce | None:
 
 
 def draw_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None:
-    """Draw forces over their times, each in its colour, on one scale that contains the marked numbers."""
+    """Draw forces over time, each in its colour, on a shared scale that includes the marked forces."""
     end = _end_of(forces)
     unit = force_unit(end)
     top = ROOM * end / unit.size
@@ -76,7 +76,7 @@ def draw_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None
 
 
 def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None:
-    """Mark the number of the summary of each force within the limits of a panel, and write it beside the mark."""
+    """Mark the forces that the summary states, if within the limits of a panel, and write their values beside them."""
     unit, (begin, end) = force_unit(_end_of(forces)), panel.get_xlim()
     places = [(float(times[force.marked[0]]), force.marked[1], colour) for times, force, colour in forces]
     places = [place for place in places if begin <= place[0] <= end]
@@ -93,5 +93,5 @@ def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None
 
 
 def _end_of(forces: list[tuple[Array, SiteForce, str]]) -> float:
-    """Return the end of the axis of forces (N)."""
+    """Return the upper limit of the force axis (N)."""
     return max(force.highest for _, force, _ in forces)

@@ -23,7 +23,7 @@ SHORT, BOUNCES = 0.03, 0.9  # of the clearance: chords that cannot mislead, and 
 
 
 def orbit_line(dataset: Signals, site: str, path: Array, clearance: float) -> tuple[Array, NDArray[np.int64]]:
-    """Return the `joined` line of a path about the centre of a site, in any orientation; no site: the path itself."""
+    """Return the `joined` line of a path about a site's centre, in any orientation; without a site, the path itself."""
     if not site:
         return path, np.arange(path.shape[1])
     touching = signal(dataset, f"{site}.mode")
@@ -34,7 +34,7 @@ def orbit_line(dataset: Signals, site: str, path: Array, clearance: float) -> tu
 
 
 def between(values: Array, sample: NDArray[np.int64]) -> Array:
-    """Return values at samples, shape (k, n), at the points of a `joined` line, interpolated linearly."""
+    """Interpolate values linearly from the samples, shape (k, n), to the points of a `joined` line."""
     first = np.searchsorted(sample, np.arange(values.shape[1]))
     return np.array([np.interp(np.arange(len(sample)), first, row) for row in values])
 
@@ -45,7 +45,7 @@ def dots_sample() -> Line2D:
 
 
 def draw_joined(panel: Axes, x: Array, y: Array, **style: Any) -> bool:
-    """Draw a `joined` line, and the samples that nothing joins as dots; return whether it has any."""
+    """Draw a `joined` line, with dots for samples that nothing joins; return whether there are any dots."""
     panel.plot(x, y, **style)
     apart = np.isnan(np.concatenate([[np.nan], x, [np.nan]]))
     alone = apart[:-2] & apart[2:] & ~apart[1:-1]
@@ -59,10 +59,11 @@ def joined(
 ) -> tuple[Array, NDArray[np.int64]]:
     """Return a path with points between its samples, and the sample that each point follows.
 
-    A rotor that touches at two successive samples stays on its retainer between them, so an arc joins them, whose angle
-    is the one nearest to `turned`. A chord would show the rotor in the middle of the clearance, where it never was.
-    Other samples beyond `OUTSIDE` that are `APART` are separated by NaN, because their path is unknown. So are samples
-    of a flight at which the path turns by more than `TURN`: the rotor vibrates faster than it is sampled, and chords
+    A rotor that touches at two successive samples stays on its retainer between them, so an arc joins these samples.
+    The angle of the arc is the one nearest to `turned`. A chord would show the rotor in the middle of the clearance,
+    where it never was. Two other successive samples are separated by NaN if both are beyond `OUTSIDE` and their angles
+    differ by more than `APART`, because the path between them is unknown. Samples of a flight at which the path turns
+    by more than `TURN` are also separated by NaN, because the rotor then vibrates faster than it is sampled, and chords
     would look like bounces.
 
     Parameters
@@ -72,7 +73,7 @@ def joined(
     touching
         Whether each sample is in contact, shape (n,).
     clearance
-        In the unit of the path.
+        Clearance of the retainer, in the unit of the path.
     turned
         Angle (rad) of whirl from each sample to the next, if known, shape (n - 1,); without it, the shorter arcs are
         drawn.
@@ -107,7 +108,7 @@ def joined(
 
 
 def _vibrates(path: Array, touching: Bools, clearance: float) -> Bools:
-    """Return between which samples chords that are not `SHORT` turn by more than `TURN` at a sample in flight."""
+    """Return which chords meet at a sample in flight with a turn of more than `TURN`; `SHORT` chords do not count."""
     place = path[0] + 1j * path[1]
     chord = np.diff(place)
     is_long = np.abs(chord) > SHORT * clearance

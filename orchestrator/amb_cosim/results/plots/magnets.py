@@ -43,7 +43,7 @@ NEAR = 0.4  # fraction of a limit above which it is drawn; otherwise it is writt
 
 
 def magnets(dataset: Signals) -> Figure:
-    """Draw control current and force of each axis of each magnetic bearing, and their limits.
+    """Draw the control current and the force of each axis of each magnetic bearing, with their limits.
 
     While the amplifier of an axis is off, no current flows, and none is drawn, regardless of the controller's demand.
     Times at which no amplifier of a bearing has power are shaded.

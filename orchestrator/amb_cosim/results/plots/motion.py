@@ -96,11 +96,11 @@ def orbits(dataset: Signals) -> Figure:
 
 
 def displacement(dataset: Signals) -> Figure:
-    """Draw the radius of the motion at each station over its clearance, and below it the speed if it changes.
+    """Draw the radius of the motion at each station, divided by the clearance, and below it the speed if it changes.
 
-    Motion that is small compared with its clearance, or that has no clearance, is drawn as a length. A fall, in which
-    the radius equals the clearance after the landing, is drawn as height or gap, with its first impacts enlarged. The
-    gaps of faces are drawn below the others.
+    The radius is drawn as a length if it is small compared with the clearance, or if there is no clearance. For a fall,
+    the height or the gap is drawn, because the radius equals the clearance after the landing; the first impacts are
+    enlarged. The gaps of faces are drawn below the other stations.
     """
     drawn, changing, zoom = stations(dataset), speed_is_drawn(dataset), fall_interval(dataset)
     along = touchdown(dataset) is not None and bool(places(dataset).faces)
@@ -173,9 +173,10 @@ def _draw_speed(panel: Axes, dataset: Signals) -> None:
 
 
 def run_parts(dataset: Signals) -> list[tuple[str, str, Bools]]:
-    """Return name, colour and samples of the parts of a run: before the disturbance, from it on, after the relief.
+    """Return name, colour and samples of each part of a run: before the disturbance, from then on, after the relief.
 
-    A run that lacks these events is divided when ROLAC is switched on, if at all. Adjacent parts share a sample.
+    A run without these events is divided at the time when ROLAC is switched on, if there is one. Adjacent parts share a
+    sample.
     """
     cycle = cycles(dataset)
     disturbance, relief = dataset.attrs.get("disturbance_cycle"), dataset.attrs.get("relief_cycle")

@@ -27,7 +27,7 @@ MOST_NAMED = 8  # curves of a panel that its legend names
 
 
 def traces(selection: Selection) -> Figure:
-    """Draw variables over the cycles, or over time if the speed changes, with a panel of named curves for each unit.
+    """Draw variables over cycles, or over time if the speed changes, in one panel with named curves for each unit.
 
     Variables of a system without a scenario, which has no cycles, are drawn over time.
     """
@@ -68,7 +68,7 @@ def _drawn(values: Array) -> Array:
 
 
 def _by_unit(selection: Selection) -> dict[str, list[str]]:
-    """Return the variables by their units, in order."""
+    """Return the names of the variables, grouped by unit, in order."""
     result: dict[str, list[str]] = {}
     for name in selection.names:
         result.setdefault(selection.unit(name), []).append(name)
@@ -91,7 +91,7 @@ def _short(names: list[str], name: str) -> str:
 
 
 def _heading(selection: Selection, names: list[str]) -> str:
-    """Return the description of a single variable, or the common words of several, or their number."""
+    """Return the description of a single variable; for several, their common words or else their number."""
     if len(names) == 1:
         description = str(selection.dataset[names[0]].attrs.get("description", ""))
         return f"{names[0]}: {description}" if description else names[0]

@@ -21,8 +21,8 @@ TURNS = 3.0  # of the rotor, that are drawn
 def turns(dataset: Signals) -> Figure:
     """Draw the last turns at each station, with a mark at each whole turn of the rotor and an arrow at the end.
 
-    The mark is where a keyphasor pulses, at the rotor's angle 0. The whirl is forward if the area that the motion
-    encloses is positive in the sense of the rotor's spin,
+    The marks are where a keyphasor would pulse, at the rotor's angle 0. The whirl is forward if the area that the
+    motion encloses is positive in the sense of the rotor's spin,
 
         A = 1/2 integral of x dy - y dx about the centre of the orbit.
     """
@@ -54,7 +54,7 @@ def turns(dataset: Signals) -> Figure:
 
 
 def whirl_direction(path: Array) -> str:
-    """Return `forward whirl`, `backward whirl` or `to and fro`, by the area that a motion, shape (2, n), encloses.
+    """Return `forward whirl`, `backward whirl` or `to and fro` for a motion of shape (2, n), from its enclosed area.
 
     The motion is to and fro if the area is less than 5 % of the area of a circle of the same size.
     """
