@@ -1,15 +1,16 @@
-"""True frequencies of the poles of a sampled loop, which sees the motion of its plant only at samples.
+"""True frequencies of the poles of a sampled loop, which observes its plant only at the sample instants.
 
     z = exp(s T),   s = ln(z)/T + 2 pi i m/T,   m any whole number                                 (1)
 
-The poles alone do not determine m: a motion of the plant faster than half the sample rate looks slow. The plant's part
-of the eigenvector determines m. For the plant between samples, (q, v)' = A (q, v), with mass matrix M,
+The poles alone do not determine m, because a motion of the plant faster than half the sample rate looks slow. The
+plant's part of the eigenvector determines m. If the plant obeys (q, v)' = A (q, v) between samples and has the mass
+matrix M,
 
     s_e = (v^H M a)/(v^H M v),   a the lower half of A (q, v)                                      (2)
 
-estimates the eigenvalue of the motion that has most of the kinetic energy, ignoring the forces that are held over a
-sample. s is the value of (1) nearest to s_e. The weighting by velocity matters, because a controller that mistakes a
-fast motion for a slow one shakes the rotor slowly and widely, but with little energy.
+is an estimate of the eigenvalue of the motion that has most of the kinetic energy. The estimate ignores the forces that
+are held over a sample. s is the value of (1) nearest to s_e. The weighting by velocity matters, because a controller
+that mistakes a fast motion for a slow one shakes the rotor slowly and with a large amplitude, but with little energy.
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ AT_REST = 1e-20  # v^H M v over the squared norm of an eigenvector up to which t
 
 
 def logarithms(z: Complex, sample_time: float) -> Complex:
-    """Return s of (1) with m = 0, whose frequency is at most half the sample rate; 0 for z = 0."""
+    """Return s of (1) with m = 0, so that its frequency is at most half the sample rate; s is 0 for z = 0."""
     nonzero, s = np.abs(z) > EXTINCT, np.zeros(len(z), dtype=np.complex128)
     s[nonzero] = np.log(z[nonzero]) / sample_time
     return s
 
 
 def continuous_poles(z: Complex, sample_time: float, states: Complex, A: Array, mass: Array) -> Complex:
-    """Return s of (1) for poles z, on the branch that the plant's motion (2) selects; 0 for z = 0.
+    """Return s of (1) for the poles z, with the m that the plant's motion (2) selects; s is 0 for z = 0.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def continuous_poles(z: Complex, sample_time: float, states: Complex, A: Array, 
     states
         Displacements q of the plant, followed by its velocities v, in the eigenvector of each pole, shape (2 m, n).
     A, mass
-        A of the plant, shape (2 m, 2 m), and M, shape (m, m).
+        A of the plant, shape (2 m, 2 m), and its mass matrix M, shape (m, m).
     """
     s, m = logarithms(z, sample_time), len(mass)
     v, a = states[m:], A[m:] @ states

@@ -6,8 +6,8 @@ with the lag G_n of the eddy currents (`amb_actuator.eddy_currents`) and the amp
 controller reads z at the instants k T and demands u_k = C x_k + D z_k, x_k+1 = A x_k + B z_k. The demand takes effect d
 samples later and is held for one sample.
 
-Because K_i > 0, restoring feedback is negative: the demand is i < 0 if z > 0. The sensitivity is S = 1/(1 + L) (ISO
-14839-3), where L is the gain of this negative feedback loop, opened at the demand.
+Because K_i > 0, the feedback that restores the rotor is negative: it demands i < 0 if z > 0. The sensitivity is S =
+1/(1 + L) (ISO 14839-3), where L is the gain of this negative feedback loop, opened at the demand.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class AxialPlant:
 
     @cached_property
     def law(self) -> Law:
-        """Law (1) from demand to displacement, with the states z, z', i_c and the states of the lag."""
+        """Law (1) from the demand to the displacement; its states are z, z', i_c and the states of the lag."""
         of_force = static(np.array([[self.k_s, self.k_i]]))
         force = of_force if self.corner is None else in_series(of_force, lag_of(self.corner))
         n = 3 + len(force.A)
@@ -77,13 +77,13 @@ class AxialControl(NamedTuple):
     delay: float
 
     def response(self, frequencies: Array) -> Complex:
-        """Return the ratio of demand to z (A/m) at frequencies (Hz), shape (n,)."""
+        """Return the ratio of the demand to z (A/m) at each of the frequencies (Hz), shape (n,)."""
         omega = 2.0 * np.pi * frequencies
         late = np.exp(-1j * omega * self.sample_time * self.delay)
         return np.asarray(late * harmonic_response(self.law, omega, self.sample_time)[:, 0, 0])
 
     def differs_from(self, other: AxialControl) -> bool:
-        """Return whether the sample times differ, or whether the responses differ by more than `ALIKE`."""
+        """Return whether the sample times differ, or the responses have a relative difference above `ALIKE`."""
         hertz = np.geomspace(1e-4, 0.5, FREQUENCIES) / self.sample_time
         ours, theirs = self.response(hertz), other.response(hertz)
         is_close = np.abs(ours - theirs) <= ALIKE * np.abs(ours)
@@ -95,7 +95,7 @@ class AxialLoop:
     """The closed sampled loop.
 
     plant
-        Rotor, bearing, amplifier.
+        Rotor, bearing and amplifier.
     controller
         Sampled law from z (m) to the demanded current (A).
     sample_time
@@ -117,7 +117,7 @@ class AxialLoop:
 
     @cached_property
     def whole(self) -> Law:
-        """The closed loop from injected to demanded currents: plant, controller, and the samples of delay."""
+        """The closed loop from injected to demanded currents; it contains the plant, the controller and the delay."""
         samples = math.floor(self.delay)
         law = replace(in_series(self.controller, delayed(1, samples)), sample_time=self.sample_time)
         plant = LinearComponent(self.plant.law, ("demand",), ("z",))
@@ -127,7 +127,7 @@ class AxialLoop:
 
     @cached_property
     def poles(self) -> Complex:
-        """Poles z of the closed loop; it is stable if all are inside the unit circle."""
+        """Poles z of the closed loop, which is stable if all poles are inside the unit circle."""
         return np.linalg.eigvals(self.whole.A).astype(np.complex128)
 
     @property
@@ -137,6 +137,6 @@ class AxialLoop:
         return np.asarray(s[np.argsort(s.imag)])
 
     def sensitivity(self, frequencies: Array) -> Complex:
-        """Return S (1) at frequencies (Hz), shape (n,), at most half the sample rate."""
+        """Return the sensitivity S (1) at frequencies (Hz) up to half the sample rate, shape (n,)."""
         omega = 2.0 * np.pi * np.asarray(frequencies, dtype=np.float64)
         return harmonic_response(self.whole, omega, self.sample_time)[:, 0, 0]

@@ -29,15 +29,15 @@ class LinearComponent:
     """A linear component.
 
     law
-        Its matrices, with the sample time (s) if it is sampled, or None if it is continuous.
+        Matrices of the component, and its sample time (s), which is None if the component is continuous.
     inputs, outputs
-        Names in the order of columns and rows.
+        Names of the inputs in the order of the columns, and of the outputs in the order of the rows.
     late
         Delay of the outputs of a sampled part as a fraction of a sample, from 0 to 1.
     notes
-        Sentences on effects that the model neglects, or on its accuracy.
+        Sentences about effects that the model neglects, or about its accuracy.
     at_end
-        Whether a sampled part shows its outputs at the end of a step.
+        Whether the outputs of a sampled part appear only at the end of a step.
     """
 
     law: Law
@@ -70,7 +70,7 @@ class StateSpace(Protocol):
 
 
 def without_idle_states(law: Law) -> Law:
-    """Return a law without the states that the zeros of its matrices separate from all inputs or all outputs.
+    """Return a law without the states that no input affects or that affect no output, by the zeros of its matrices.
 
     If only some inputs and outputs of a law were selected, this removes the states of unrelated loops without
     approximation.
@@ -98,12 +98,15 @@ def harmonic_response(law: StateSpace, omega: float | Array, sample_time: float 
 
 
 def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
-    """Return the names `component.variable` of variables."""
+    """Return the names `component.variable` of a component's variables."""
     return tuple(f"{component}.{variable}" for variable in variables)
 
 
 def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
-    """Return parts connected by (1); outputs are those of the parts, then the sums w at inputs that are not outputs.
+    """Return the parts connected by (1).
+
+    The outputs of the connected parts come first. The sums w at the inputs follow, except at inputs with the same name
+    as an output.
 
     Parameters
     ----------
@@ -144,7 +147,7 @@ def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> Lin
 
 
 def _is_solvable(matrix: Array) -> bool:
-    """Return whether a matrix is regular, independently of the units of its signals."""
+    """Return whether a matrix can be inverted; the result does not depend on the units of its signals."""
     if not matrix.size:
         return True
     sizes = np.linalg.svd(matrix_balance(matrix, permute=False)[0], compute_uv=False)
@@ -157,11 +160,11 @@ def sampled(part: LinearComponent, sample_time: float, late: Mapping[str, float]
     Parameters
     ----------
     part
-        Continuous.
+        The continuous part.
     sample_time
         T (s).
     late
-        Delay f of each input as a fraction of a sample, by name; 0 by default.
+        Delay f of each input as a fraction of a sample, by the name of the input; 0 by default.
     """
     law = part.law
     shares = np.array([(late or {}).get(name, 0.0) for name in part.inputs])
@@ -199,14 +202,14 @@ def held(A: NDArray[Any], B: NDArray[Any], time: float, late: Array) -> tuple[ND
 
 
 def zoh(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return Phi and Gamma of x(t + time) = Phi x(t) + Gamma u, with the inputs u held over the time (s)."""
+    """Return Phi and Gamma of x(t + time) = Phi x(t) + Gamma u, with inputs u that are held for `time` (s)."""
     n, m = B.shape
     Phi, Gamma, *_ = cont2discrete((A, B, np.zeros((0, n)), np.zeros((0, m))), time)
     return Phi, Gamma
 
 
 def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[LinearComponent, dict[str, str]]:
-    """Return a sampled part with copies of some outputs, delayed by one step, and the copies' names by output."""
+    """Return a sampled part with added copies of some outputs, delayed by one step, and the name of each copy."""
     later = {name: f"{name} (before)" for name in names}
     rows = [part.outputs.index(name) for name in later]
     law, n, p = part.law, len(part.law.A), len(rows)
@@ -222,9 +225,9 @@ def loop_of(
 ) -> LinearComponent:
     """Return all parts connected; if any part is sampled, the continuous parts are sampled with its sample time.
 
-    If a demand is late by a fraction f of a sample, the signal injected at its input is late by the same fraction. With
-    a controller K, and a plant P that includes the delay, the sum w at this input then gives the sensitivity, and an
-    opened loop contains the whole delay:
+    If a demand is late by a fraction f of a sample, the signal injected at the input that it feeds is late by the same
+    fraction. With a controller K, and a plant P that includes the delay, the sum w at this input then gives the
+    sensitivity, and an opened loop contains the whole delay:
 
         w(n) = u(n) + e(n),    w = (1 - K P)^-1 e;    u = K P e if opened                           (2)
 
@@ -264,7 +267,7 @@ def loop_of(
 
 
 def within(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> dict[str, str]:
-    """Return the feeds that connect some of the parts with each other."""
+    """Return the feeds whose input and output both belong to the parts."""
     inputs = {name for part in parts for name in part.inputs}
     outputs = {name for part in parts for name in part.outputs}
     return {target: source for target, source in feeds.items() if target in inputs and source in outputs}

@@ -2,7 +2,8 @@
 
     signals -> scale -> anti-aliasing filter -> law -> whole samples of delay -> demands (-> a share of a sample later)
 
-Noise and converters of the signal chain, limits and anti-windup are not included, because they are nonlinear.
+The noise and the converters of the signal chain, the limits and the anti-windup are not included, because they are
+nonlinear.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ NOTE = "limits, noise, converters and faults are not included"
 
 
 def pid_component(name: str, layout: Mapping[str, Any], parameters: Mapping[str, float]) -> LinearComponent:
-    """Return demanded currents (A) over displacements at the sensors of all planes and over setpoints (m) (5.1 to 5.4).
+    """Return the PID law (5.1 to 5.4) from displacements at all sensors and setpoints (m) to demanded currents (A).
 
     I = -[k x - k_set x_set + c (z - 1)/((tau + T) z - tau) x + K_I T/(z - 1) (x - x_set)] / K_i
 
@@ -68,7 +69,7 @@ def pid_component(name: str, layout: Mapping[str, Any], parameters: Mapping[str,
 def law_component(
     name: str, layout: Mapping[str, Any], constants: Array, parameters: Mapping[str, float], Omega: float
 ) -> LinearComponent:
-    """Return demands (A) over signals, setpoints (m) and feedforward (A) of the model `linear_controller` at a speed.
+    """Return the model `linear_controller` at a speed, from signals, setpoints (m) and feedforward (A) to demands (A).
 
     u = gain (C x + D e) + feedforward, e = F scale y - setpoint
 
@@ -101,7 +102,7 @@ def law_component(
 
 
 def law_at(constants: Array, Omega: float) -> Law:
-    """Return the matrices of a `linear_controller` at a speed (rad/s) from its constants, in its own coordinates."""
+    """Return the matrices of a `linear_controller` at a speed (rad/s), in the controller's own coordinates."""
     sizes, matrices = sizes_of(constants), matrices_of(constants)
     n, m, p = sizes
     bracket = find_bracket(matrices.speeds, Omega)
@@ -116,14 +117,14 @@ def law_at(constants: Array, Omega: float) -> Law:
 
 
 def _filter(cutoff: float, sample_time: float) -> Law:
-    """Return the anti-aliasing filter of a signal (`signal_chain.lowpass`); states: previous output and input."""
+    """Return the anti-aliasing filter (`signal_chain.lowpass`), whose states are the previous output and input."""
     E, P = coefficients(cutoff, sample_time)
     row = np.array([[E, 1.0 - E - P]])
     return Law(np.vstack([row, np.zeros((1, 2))]), np.array([[P], [1.0]]), row, np.array([[P]]))
 
 
 def _filtered(p: np.record, count: int, filtered: Sequence[int]) -> Law:
-    """Return the law that filters some signals, as a controller's parameters state, and passes the others."""
+    """Return the law that passes `count` signals, and filters those in `filtered` if the controller's filter is on."""
     if not is_on(p.chain.preset, p.chain.filter):
         return static(np.eye(count))
     lowpass = _filter(float(p.chain.cutoff), float(p.sample_time))

@@ -1,8 +1,8 @@
 """Linear model of an FMU with unknown equations, obtained from its derivatives or its responses to pulses.
 
-An instance runs from the same start several times: once undisturbed, and once for each input, which is raised by delta
-during one communication step. The differences of its outputs, divided by delta, are the samples of its impulse
-response,
+An instance of the FMU runs several times from the same start. The first run is undisturbed. In each further run, one
+input is raised by delta during one communication step. The resulting changes of the outputs, divided by delta, are the
+samples of the impulse response,
 
     H_0 = D,  H_k = C A^(k-1) B,                                                                     (1)
 
@@ -44,15 +44,15 @@ def foreign_component(
     ends: tuple[Sequence[str], Sequence[str]],
     sample_time: float,
 ) -> LinearComponent:
-    """Return the model of an FMU about its start values, at the end of each communication step.
+    """Return the linear model of an FMU about its start values, with outputs at the end of each communication step.
 
     The model comes from the directional derivatives of the FMU, if the FMU provides them for all its states and they
-    predict the responses to pulses. Otherwise it is realised from these responses.
+    predict the responses to pulses. Otherwise the model is derived from these responses.
 
     Parameters
     ----------
     name, folder, interface
-        Those of the component.
+        Name, folder and interface of the component.
     start
         Values of parameters and inputs, by name.
     ends
@@ -110,7 +110,7 @@ def foreign_component(
 
 
 def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, str]:
-    """Return the law from derivatives if it predicts the pulses, otherwise the law from the pulses; also a note."""
+    """Return a law and a note; the law comes from the derivatives if they predict the pulses, else from the pulses."""
     rejected = ""
     if derived is not None:
         error = _relative(responses(derived, len(markov)) - markov, markov)
@@ -134,19 +134,21 @@ def by_derivatives(
     ends: tuple[Sequence[str], Sequence[str]],
     sample_time: float,
 ) -> Law | None:
-    """Return the law of an FMU, x' = A x + B u, y = C x + D u, at the end of each step; None if the FMU refuses.
+    """Return the law of an FMU from its directional derivatives; None if they are refused or not finite.
+
+    For an FMU with x' = A x + B u and y = C x + D u, the states and outputs at the end of each step are
 
         x(n+1) = Phi x(n) + Gamma u(n),   y(n) = C Phi x(n) + (C Gamma + D) u(n)                     (2)
 
-    FMI 2.0 allows `fmi2GetDirectionalDerivative` of state derivatives and outputs with respect to states and inputs in
-    co-simulation too, if the description lists the state derivatives.
+    In co-simulation, FMI 2.0 allows `fmi2GetDirectionalDerivative` if the model description lists the state
+    derivatives. The function then differentiates state derivatives and outputs with respect to states and inputs.
 
     Parameters
     ----------
     component
         The component after its initialisation.
     states
-        Names of its states and of their derivatives.
+        Name of each state and name of its derivative.
     ends
         Names of its real inputs and outputs.
     sample_time
@@ -168,10 +170,10 @@ def by_derivatives(
 
 @dataclass(frozen=True, eq=False)
 class _PulseRuns:
-    """Runs of an instance from its start.
+    """Runs of an FMU's instance, all from the same start.
 
     arguments
-        Its inputs, outputs and start values, as `FmuComponent.reset` takes them.
+        Inputs, outputs and start values of the instance, as `FmuComponent.reset` takes them.
     rest
         Values of the undisturbed inputs, shape (n_inputs,).
     """
@@ -206,7 +208,7 @@ class _PulseRuns:
 
 
 def realised(markov: Array, sample_time: float) -> Law:
-    """Return the law of lowest order whose impulse response is `markov`, shape (steps, n_outputs, n_inputs) (1)."""
+    """Return the law of lowest order whose impulse response (1) is `markov`, shape (steps, n_outputs, n_inputs)."""
     steps, p, m = markov.shape
     half = (steps - 1) // 2
     sizes = [np.abs(markov).max(axis=axes) for axes in ((0, 2), (0, 1))]

@@ -45,11 +45,12 @@ class LinearSource:
     plan
         Plan of the run.
     point
-        Operating point, by signal or `component.variable`; `Omega` in rad/s.
+        Values at the operating point, by signal or `component.variable`; the signal `Omega` is in rad/s.
     changed
-        Function that returns another law of a component, given its name and its linear part.
+        Function of this source, the name of a component and its linear part; it returns the law that replaces the law
+        of this part.
     rotor
-        Constants of the plant, with the same planes as the run; by default the constants of the run.
+        Constants of a plant with the same planes as the plant of the run; by default the constants of the run are used.
     """
 
     plan: Plan
@@ -64,16 +65,16 @@ class LinearSource:
         return replace(self, point={**self.point, SPEED: Omega})
 
     def with_plan(self, plan: Plan) -> LinearSource:
-        """Return the source with another plan of the same components; their constants are kept."""
+        """Return the source with another plan of the same components; the constants of the components are kept."""
         return replace(self, plan=plan, _cache={})
 
     @property
     def names(self) -> list[str]:
-        """Names of the components, in the order of the master."""
+        """Names of the components, in the order in which the master steps them."""
         return [component.name for component in self.plan.system.components]
 
     def parts(self, names: Sequence[str]) -> list[LinearComponent]:
-        """Return the linear parts of components."""
+        """Return the linear parts of the named components."""
         parts = [self._part(name) for name in names]
         if self.changed is None:
             return parts
@@ -101,7 +102,7 @@ class LinearSource:
         return {f"{c}.{p.name}": p.unit or "1" for c, p in ports}
 
     def feeds(self, names: Sequence[str]) -> dict[str, str]:
-        """Return the output that feeds each input, for connections among the components."""
+        """Return the output that feeds each input, by the name of the input, for connections among components."""
         system = self.plan.system
         links = {link.target: link.source for link in system.connections}
         return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
@@ -116,7 +117,7 @@ class LinearSource:
         return self.plan.fmus[name].layout or {}
 
     def parameters(self, name: str) -> dict[str, float]:
-        """Return the parameters of a component by name (SI)."""
+        """Return the values of a component's parameters (SI), by name."""
         values = self.cached("parameters", lambda: self.plan.all_parameters())[name]
         return {variable: value or 0.0 for variable, value in values.items()}
 
@@ -132,7 +133,7 @@ class LinearSource:
         return law_component(name, self.layout(name), self.constants(name), self.parameters(name), self.speed_of(name))
 
     def _start_of(self, name: str) -> dict[str, float]:
-        """Return the values of parameters and inputs of a component at the operating point, by name."""
+        """Return a component's parameters and inputs at the operating point, by name."""
         start = dict(self.plan.parameters[name])
         for port in self.plan.interfaces[name].of("input"):
             end = f"{name}.{port.name}"
@@ -145,7 +146,7 @@ class LinearSource:
         return start
 
     def _reads_speed(self, end: str) -> bool:
-        """Return whether an input is the spin speed, from the shared signal or from the rotor."""
+        """Return whether an input receives the spin speed, either from the shared signal or from the rotor."""
         system = self.plan.system
         signal, source = system.signal_of(end), system.source_of(end)
         return (signal is not None and signal.name == SPEED) or source == f"{PLANT}.speed"
@@ -175,7 +176,7 @@ class LinearSource:
         return self._constants[key]
 
     def table_speeds(self) -> list[float]:
-        """Return the speeds (rad/s) at which linear controllers have laws; laws are interpolated between speeds."""
+        """Return the speeds (rad/s) at which linear controllers have laws; between them, laws are interpolated."""
         return sorted({speed for name in self.names if self.kind(name) == LINEAR for speed in self._speeds(name)})
 
     def _speeds(self, name: str) -> list[float]:
@@ -183,14 +184,17 @@ class LinearSource:
         return [float(speed) for speed in matrices_of(self.constants(name)).speeds if math.isfinite(speed)]
 
     def mass(self, name: str) -> Array:
-        """Return the mass matrix of a rotor; empty if a component is not this project's model."""
+        """Return the mass matrix of a component; it is empty unless the component is this project's rotor model."""
         if self.kind(name) != PLANT:
             return np.zeros((0, 0))
         structure = structure_of(self.constants(name))
         return structure.forms[: len(structure.K)]
 
     def cached(self, name: str, make: Callable[[], Any]) -> Any:
-        """Return a value that does not depend on the speed, from the cache or by calling `make`."""
+        """Return a value from the cache; if it is missing there, `make` computes it.
+
+        The value must not depend on anything that its name does not state, such as the speed.
+        """
         if name not in self._cache:
             self._cache[name] = make()
         return self._cache[name]
@@ -214,7 +218,7 @@ def linear_source(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> LinearSource:
-    """Return the components of a scenario or a system with their start values; arguments as for `linearise`."""
+    """Return the components of a scenario or system with their start values; the arguments are those of `linearise`."""
     values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
     options = RunOptions(flavour=flavour)
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
@@ -224,7 +228,7 @@ def linear_source(
 
 
 def source_of_run(prepared: ScenarioPlan, at: Mapping[str, Raw] | None = None) -> LinearSource:
-    """Return the source of the linear model of a prepared run, with its reduced rotor; `at` replaces start values."""
+    """Return the source of a prepared run's linear model, with the run's reduced rotor; `at` replaces start values."""
     return LinearSource(prepared, _point(prepared.assembly, at or {}))
 
 
@@ -248,7 +252,7 @@ def _planned_system(
 
 
 def _sample_time(values: Assignments) -> float:
-    """Return the shortest `sample_time` (s) of the components, or 1 ms."""
+    """Return the shortest `sample_time` (s) of the components, or 1 ms if no component has one."""
     times = [
         values.parameter(f"{c}.sample_time")
         for c, interface in values.interfaces.items()
@@ -258,7 +262,7 @@ def _sample_time(values: Assignments) -> float:
 
 
 def _point(assembly: Assembly, operating: Mapping[str, Raw]) -> dict[str, float]:
-    """Return values in SI units by shared signal, or by input, whether or not anything feeds it."""
+    """Return the operating values in SI units, by shared signal or by input; an input need not have a feed."""
     result, system = {}, assembly.system
     for name, raw in operating.items():
         end = system.first_end(name)

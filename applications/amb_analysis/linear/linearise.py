@@ -36,8 +36,9 @@ def linearise(
     """Return the linear model of a machine, a part of it, or its sampled loop, as control.StateSpace.
 
     The rotor without contact and the magnetic bearings are continuous. If the components include a controller, the
-    model has its sample time, and is exact for currents held over each sample. Values injected at an input are added to
-    its feed, and are late by the same fraction of a sample (`components.loop_of`).
+    model has the sample time of the controller, and is exact for currents held over each sample. A value injected at an
+    input is added to the signal that feeds the input, and is late by the same fraction of a sample
+    (`components.loop_of`).
 
         rotor = linearise("drop", components=["rotor_contact"])
         plant = linearise("drop", components=["rotor_contact", "amb_actuator"])
@@ -46,14 +47,15 @@ def linearise(
     Parameters
     ----------
     source
-        A `Scenario`, the name of a packaged scenario, or its TOML file; a `System`, or its name or file. By default the
-        packs' default scenario.
+        A `Scenario`, the name of a packaged scenario, or a TOML file of a scenario; or a `System`, or the name or file
+        of a system. The default is the packs' default scenario.
     at
-        Spin speed (rad/s, or a text with its unit), or values by name: `Omega`, and `component.variable` of inputs,
-        such as displacements and currents of magnetic bearings. By default the start values of the scenario, or 0.
+        Spin speed (in rad/s, or as text with its unit), or values by name. A name is `Omega`, or `component.variable`
+        of an input such as a displacement or current of a magnetic bearing. Values default to the start values of the
+        scenario, or to 0.
     inputs, outputs
-        Names or patterns `component.variable`; an input among the outputs is the sum at that input. By default the
-        inputs that nothing feeds, and all outputs.
+        Names or patterns `component.variable`. If an input is named among the outputs, this output is the sum at that
+        input. By default, the model has the inputs that nothing feeds, and all outputs.
     components
         Components of the model; all by default.
     opened
@@ -64,7 +66,7 @@ def linearise(
     Raises
     ------
     ValueError
-        If a name or value is not allowed, components sample at different times, or an FMU has no linear model.
+        If a name or value is not allowed, if components have different sample times, or if an FMU has no linear model.
     FmuError
         If an FMU of another project fails to run.
 
@@ -112,7 +114,7 @@ def model_of(
 def in_order(
     parts: Sequence[LinearComponent], feeds: Mapping[str, str], names: Sequence[str]
 ) -> tuple[list[LinearComponent], dict[str, str]]:
-    """Return parts and feeds, with one step of delay where outputs at the end of an FMU's step feed earlier parts."""
+    """Return parts and feeds, with a delay of one step wherever an `at_end` part feeds itself or an earlier part."""
     place = {name: k for k, name in enumerate(names)}
     result, changed = list(parts), dict(feeds)
     for k, part in enumerate(parts):
@@ -128,7 +130,7 @@ def in_order(
 def _matching(
     what: str, patterns: Sequence[str], names: Sequence[str], reason: Callable[[str, Sequence[str]], str]
 ) -> list[str]:
-    """Return the names that match patterns, in order without duplicates; `reason` completes the error message."""
+    """Return the names that match patterns, in pattern order and once each; `reason` completes the error message."""
     result: dict[str, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
         matching = [pattern] if pattern in names else matching_names(names, pattern)

@@ -5,7 +5,8 @@
              +------------------------------- controller <-------------------------------+
 
 With all loops closed, i = S e. The diagonal of S contains the sensitivities of the axes as ISO 14839-3 defines them:
-1/(1 + L) with the other loops closed. In decentralised control, the sensitivities at the sensors are the same.
+1/(1 + L) with the other loops closed. In decentralised control, the sensitivities at the sensors equal the
+sensitivities at the demands.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ class LoopPoles:
     z
         The poles, shape (n,).
     s
-        The continuous poles (rad/s), z = exp(s T), with the true frequency of motion faster than half the sample rate
-        (`amb_analysis.linear.aliasing`); 0 for z = 0.
+        The continuous poles (rad/s), where z = exp(s T); 0 for z = 0. Their frequencies are true even above half the
+        sample rate (`amb_analysis.linear.aliasing`).
     shapes
         Displacements at the bearings for each pole, x and y of each bearing in turn, shape (2 bearings, n).
     stability
@@ -66,13 +67,13 @@ class LoopPoles:
 
     @property
     def is_axial(self) -> NDArray[np.bool_]:
-        """Whether the rotor moves along its shaft rather than across it, for each pole, shape (n,)."""
+        """Whether each pole moves the rotor along its shaft rather than across it, shape (n,)."""
         return _is_axial(self.shapes, self.along)
 
 
 @dataclass(frozen=True)
 class Loop:
-    """The loop of a run.
+    """The sampled loop of a run.
 
     Raises
     ------
@@ -97,7 +98,7 @@ class Loop:
 
     @cached_property
     def components(self) -> list[str]:
-        """The components except those that only excite the rotor, which need not have a linear model."""
+        """The components of the loop, without components that only excite the rotor, which need no linear model."""
         exciting = exciting_components(self.linear_components.plan.system)
         return [name for name in self.linear_components.names if name not in exciting]
 
@@ -110,17 +111,17 @@ class Loop:
 
     @property
     def lateral_axes(self) -> tuple[tuple[str, str], ...]:
-        """The axes across the shaft, which come first."""
+        """The axes across the shaft, which come first in `axes`."""
         return tuple((b, a) for b, a in self.axes if a in "xy")
 
     @property
     def axis_names(self) -> tuple[str, ...]:
-        """The axes as `bearing.x`."""
+        """Names of the axes, such as `bearing.x`."""
         return tuple(f"{b}.{a}" for b, a in self.axes)
 
     @property
     def demands(self) -> tuple[str, ...]:
-        """Inputs of the demanded currents (A)."""
+        """Inputs of the actuator that receive the demanded currents (A)."""
         return tuple(f"{ACTUATOR}.{b}.i_{a}" for b, a in self.axes)
 
     @cached_property
@@ -159,7 +160,7 @@ class Loop:
         return max(part.late for part in self.linear_components.parts(list(controllers)))
 
     def poles(self, Omega: float) -> LoopPoles:
-        """Return all poles at a spin speed (rad/s); they are computed once."""
+        """Return all poles at a spin speed (rad/s); they are computed once for each speed."""
         if Omega not in self._poles:
             self._poles[Omega] = self._poles_at(Omega)
         return self._poles[Omega]
@@ -183,7 +184,7 @@ class Loop:
         return LoopPoles(z.astype(np.complex128), s, shapes, stability, along)
 
     def _continuous(self, Omega: float, z: Complex, vectors: Complex, sample_time: float) -> Complex:
-        """Return s of poles z, determined from the states of the rotor in their eigenvectors."""
+        """Return s of the poles z, determined from the rotor's states in the eigenvectors of the poles."""
         source = self.linear_components.at(Omega)
         parts, first, mass = source.parts(self.components), 0, source.mass(PLANT)
         lateral = 2 * len(mass)
@@ -195,9 +196,9 @@ class Loop:
         return logarithms(z, sample_time)
 
     def least_stable(self, speeds: Sequence[float] | Array) -> LoopStability:
-        """Return the stability at the least stable speed in the range of some ascending speeds (rad/s).
+        """Return the stability at the least stable speed between the first and the last of ascending speeds (rad/s).
 
-        Between these speeds each maximum of the growth rate is refined.
+        Each maximum of the growth rate between these speeds is refined.
         """
         result: list[LoopStability] = []
 
@@ -209,7 +210,7 @@ class Loop:
         return max(result, key=lambda stability: stability.radius)
 
     def check_stable(self, speeds: Sequence[float] | Array) -> None:
-        """Raise a ValueError if the loop is unstable anywhere in the range of some ascending speeds (rad/s)."""
+        """Raise a ValueError if the loop is unstable between the first and the last of ascending speeds (rad/s)."""
         worst = self.least_stable(speeds)
         if not worst.is_stable:
             at = f"at {worst.speed:.4g} rad/s {worst.motion}, |z| = {worst.radius:.7g}"
@@ -248,12 +249,12 @@ class Loop:
 
     @cached_property
     def closed(self) -> LinearModel:
-        """The closed loop, from signals injected at demands and readings to demands and readings."""
+        """The closed loop, from signals injected at the demands and readings to the resulting demands and readings."""
         ends = (*self.demands, *self.readings)
         return model_of(self.linear_components, ends, ends, self.components)
 
     def sensitivity(self) -> LinearModel:
-        """Return the sensitivity S = (1 + L)^-1 of all axes: demanded over injected currents.
+        """Return the sensitivity S = (1 + L)^-1 of all axes, the ratio of demanded to injected currents.
 
         Raises
         ------
@@ -266,14 +267,14 @@ class Loop:
 
 
 def _is_axial(shapes: Complex, along: Complex | None) -> NDArray[np.bool_]:
-    """Return whether the motion along the shaft is larger than any at the bearings, for each pole, shape (n,)."""
+    """Return whether each pole moves the rotor more along the shaft than across it at any bearing, shape (n,)."""
     if along is None:
         return np.zeros(shapes.shape[1], dtype=bool)
     return np.asarray(np.abs(along) > np.maximum(np.abs(shapes).max(axis=0, initial=0.0), AT_REST))
 
 
 def _largest_place(names: Sequence[str], sizes: Array) -> str:
-    """Return the axis with the most motion, or its bearing if the other axis has at least half as much motion."""
+    """Return the axis that moves most, or its bearing if the other axis of the bearing moves at least half as much."""
     if not sizes.max(initial=0.0) > 0.0:
         return ""
     top = int(sizes.argmax())
@@ -291,12 +292,12 @@ def check_stable(model: LinearModel) -> None:
 
 
 def pole_frequency(pole: complex | Array | Complex, sample_time: float) -> float | Array:
-    """Return the frequency (Hz) of the vibration of a discrete-time pole."""
+    """Return the vibration frequency (Hz) of a discrete-time pole."""
     return np.abs(np.angle(pole)) / (2.0 * math.pi * sample_time)
 
 
 class Modes(NamedTuple):
-    """The eigenvalues lambda of A, and the products C V and V^-1 B with the eigenvectors of A as columns of V."""
+    """The eigenvalues lambda of A, and the products C V and V^-1 B, where V has the eigenvectors of A as columns."""
 
     poles: Complex
     of_outputs: Complex
@@ -308,7 +309,7 @@ class Modes(NamedTuple):
 
 
 def modes_of(system: StateSpace) -> Modes | None:
-    """Return the modes of a model; None if it has no state, or its eigenvectors are parallel."""
+    """Return the modes of a model; None if it has no states, or if two of its eigenvectors are parallel."""
     if not len(system.A):
         return None
     poles, V = np.linalg.eig(system.A)
@@ -320,13 +321,13 @@ def modes_of(system: StateSpace) -> Modes | None:
 
 
 def response(system: control.StateSpace, frequencies: Array, modes: Modes | None = None) -> Complex:
-    """Return a frequency response, shape (outputs, inputs, n), at frequencies (Hz), shape (n,).
+    """Return the frequency response of a system, shape (outputs, inputs, n), at frequencies (Hz), shape (n,).
 
         H(z) = C (z - A)^-1 B + D = (C V) (z - lambda)^-1 (V^-1 B) + D                                (1)
 
-    with eigenvalues lambda and eigenvectors V of A. If these are nearly parallel, python-control solves for each
-    frequency. `modes` are those of the system, if they are known. Frequencies above half the sample rate are replaced
-    by half the sample rate.
+    with eigenvalues lambda and eigenvectors V of A. If the eigenvectors are nearly parallel, python-control computes
+    the response at each frequency instead. `modes` are the modes of the system, if they are already known. Frequencies
+    above half the sample rate are replaced by half the sample rate.
     """
     omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
     known = (modes or modes_of(system)) if len(omega) > CHECKED else None
@@ -353,17 +354,17 @@ def diagonal_response(system: control.StateSpace, frequencies: Array, modes: Mod
 
 
 def disk_margin(S: Complex) -> Array:
-    """Return a lower bound of the disk margin alpha for all loops at once, at each frequency.
+    """Return a lower bound on the disk margin alpha for all loops at once, at each frequency.
 
-    Each loop may be multiplied by any complex f in the disk whose diameter extends from (2 - alpha)/(2 + alpha) to the
-    inverse of this number:
+    The loops stay stable if each is multiplied by any complex factor f in the disk whose diameter extends from (2 -
+    alpha)/(2 + alpha) to (2 + alpha)/(2 - alpha):
 
         1/alpha = mu(S - 1/2) <= min_D sigma_max(D (S - 1/2) D^-1),  D diagonal
 
     J. D. Blight, R. L. Dailey, D. Gangsaas, Practical control law design for aircraft using multivariable techniques,
     Int. J. Control 59 (1994) 93-137; P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78-95. The
     method of E. E. Osborne, J. ACM 7 (1960) 338-345, finds D by balancing rows and columns. For a single loop, the
-    bound is alpha itself. For several loops, python-control's `disk_margins` would require slycot.
+    bound is alpha itself. python-control's `disk_margins` is not used, because it requires slycot for several loops.
 
     Parameters
     ----------
@@ -384,6 +385,6 @@ def disk_margin(S: Complex) -> Array:
 
 
 def disk_gain_and_phase(alpha: float) -> tuple[float, float]:
-    """Return gain margin (1) and phase margin (deg) that a disk margin guarantees, for one loop or all at once."""
+    """Return the gain margin (1) and phase margin (deg) that a disk margin guarantees, for one loop or all at once."""
     gain = (2.0 + alpha) / (2.0 - alpha) if alpha < 2.0 else math.inf
     return gain, math.degrees(2.0 * math.atan(alpha / 2.0))

@@ -15,18 +15,19 @@ CONTINUOUS = 0.0  # sample time of a continuous model
 
 
 class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control has no types
-    """control.StateSpace of a machine or its loop; in `input_labels` and `output_labels`, _ replaces dots in names.
+    """A control.StateSpace of a machine or its loop; in `input_labels` and `output_labels`, _ replaces dots in names.
 
     input_names, output_names
-        `component.variable`, in the order of the matrices' columns and rows.
+        Names `component.variable` of the inputs and outputs, in the order of the matrices' columns and rows.
     input_units, output_units
-        Units of these, SI.
+        SI units of the inputs and outputs.
     operating_point
-        Operating point by name: the speed `Omega` (rad/s), and other set values.
+        Values at the operating point, by name: the speed `Omega` (rad/s), and any other values that were set.
     notes
-        Sentences on effects that the model neglects, or on the source of a foreign part.
+        Sentences about effects that the model neglects, or about the origin of the model of an FMU from another
+        project.
     warnings
-        Warnings of the plan of the run, which also appear in the summary of a run.
+        Warnings from the plan of the run; they also appear in the run's summary.
     """
 
     input_names: tuple[str, ...]
@@ -42,7 +43,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
         return f"LinearModel({self.nstates} states, {self.ninputs} inputs, {self.noutputs} outputs, {time})"
 
     def text(self) -> list[TextBlock]:
-        """Return size, signals with their units, operating point and notes."""
+        """Return the size, the signals with their units, the operating point, the notes and the warnings."""
         signals = text_table("", ("signal", "unit", "kind"), left=("signal", "unit", "kind"))
         for kind, names, units in (
             ("input", self.input_names, self.input_units),
@@ -79,7 +80,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
 
 
 def linear_model(part: LinearComponent, units: Mapping[str, str], point: Mapping[str, float]) -> LinearModel:
-    """Return a part as a `LinearModel`; `units` are given by name, and the default is 1."""
+    """Return a part as a `LinearModel`; `units` are given by signal name and default to 1."""
     law = part.law
     names: dict[str, Any] = {
         "inputs": [name.replace(".", "_") for name in part.inputs],

@@ -1,4 +1,4 @@
-"""Linear models of rotor and magnetic bearings, from the constants and parameters of their FMUs."""
+"""Linear models of the rotor and the magnetic bearings, from the constants and parameters of their FMUs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ NEGLECTED = (
 def rotor_component(
     name: str, layout: Mapping[str, Any], constants: Array, parameters: Parameters, Omega: float
 ) -> LinearComponent:
-    """Return displacements (m) over forces (N) and accelerations of the base (m/s^2) of a rotor without contact.
+    """Return the model of a rotor without contact, from forces (N) and base accelerations (m/s^2) to displacements (m).
 
     If the rotor has a thrust disc, its motion along the shaft obeys m z'' = f_z + f_process - m a_z.
 
@@ -39,10 +39,10 @@ def rotor_component(
     name
         Name of the component.
     layout, constants
-        Those of the model `rotor_contact`; K_b and C_b are the stiffness and damping of its passive bearings and, at
-        this speed, of its seals.
+        Layout and constants of the model `rotor_contact`. K_b and C_b contain the stiffness and damping of its passive
+        bearings, and of its seals at this speed.
     parameters
-        Values by name.
+        Values of the plant's parameters, by name.
     Omega
         Spin speed (rad/s).
     """
@@ -85,7 +85,7 @@ def rotor_component(
 def bearing_slopes(
     bearing: str, axis: str, parameters: Parameters, x: float = 0.0, i: float = 0.0
 ) -> tuple[float, float]:
-    """Return K_s (N/m) and K_i (N/A) of an axis by the actuator's force law, at a displacement (m) and a current (A).
+    """Return K_s (N/m) and K_i (N/A) of an axis at a displacement (m) and a current (A), by the actuator's force law.
 
     Raises
     ------
@@ -103,7 +103,9 @@ def bearing_slopes(
 def actuator_component(
     name: str, layout: Mapping[str, Any], parameters: Parameters, point: Mapping[str, float] | None = None
 ) -> LinearComponent:
-    """Return forces (N) over displacements (m) and demands (A, V): f = K_s x + K_i i_c, i_c' = omega_b (i + g v - i_c).
+    """Return the model of the actuator, from displacements (m) and demands (A, V) to forces (N) and coil currents (A).
+
+    f = K_s x + K_i i_c, i_c' = omega_b (i + g v - i_c)
 
     If the amplifiers are ideal, i_c = i + g v. Eddy currents, if there are any, delay the force along the shaft.
 
@@ -112,9 +114,9 @@ def actuator_component(
     name
         Name of the component.
     layout, parameters
-        Those of the model `amb_actuator`.
+        Layout and parameters of the model `amb_actuator`.
     point
-        Operating point: displacements and currents by the names of the inputs, 0 by default.
+        Displacements and currents at the operating point, by the names of the inputs; 0 by default.
     """
     axes, at = axes_of(layout["bearings"], layout.get("thrust", "")), point or {}
     dynamic = parameters["amplifier"] == DYNAMIC
@@ -142,13 +144,13 @@ def actuator_component(
 
 
 def lag_of(omega_e: float) -> Law:
-    """Return the lag of eddy currents with a corner frequency (rad/s): x_k' = p_k (u - x_k), y = sum c_k x_k."""
+    """Return the lag of eddy currents for a corner frequency (rad/s): x_k' = p_k (u - x_k), y = sum c_k x_k."""
     poles, weights = omega_e * np.array(LAG.poles), np.array(LAG.weights)
     return Law(np.diag(-poles), poles[:, None], weights[None, :], np.zeros((1, 1)))
 
 
 def _unique(law: Law, name: str, inputs: list[str], outputs: list[str], note: str) -> LinearComponent:
-    """Return a part without duplicate outputs, because a sensor or a retainer may share its bearing's names."""
+    """Return a part without the duplicate outputs of a sensor or retainer that has the same name as its bearing."""
     unique_outputs = list(dict.fromkeys(outputs))
     rows = [outputs.index(output) for output in unique_outputs]
     unique = Law(law.A, law.B, law.C[rows], law.D[rows], law.sample_time)

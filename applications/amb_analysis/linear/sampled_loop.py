@@ -23,7 +23,7 @@ def parameters_of_loop(loop: ControlLoop, parameters: Mapping[str, float]) -> Pa
     Raises
     ------
     ValueError
-        If no such parameter exists.
+        If the controller has no parameter of a given name.
     """
     table, constants = interface_of(loop), no_table(loop)
     values: Array = table.start[: table.n_parameters].copy()
@@ -40,9 +40,10 @@ def filter_response(cutoff: float, omega: float, sample_time: float) -> complex:
 
 
 def sensor_matrix(parameters: Parameters) -> Array:
-    """Return sensor readings over the displacements in their planes, shape (n_sensors, n_sensors) (1).
+    """Return the matrix from displacements in the sensor planes to sensor readings (1), shape (n_sensors, n_sensors).
 
-    Each sensor has a scale; one that is off its plane also responds to the other planes (`sensors.plane_weight`).
+    Each sensor has a scale. A sensor that is off its plane also responds to the displacements in the other planes
+    (`sensors.plane_weight`).
     """
     planes = range(len(parameters.plane_positions))
     weights = np.array([[plane_weight(parameters, p, q) for q in planes] for p in planes])
@@ -50,7 +51,7 @@ def sensor_matrix(parameters: Parameters) -> Array:
 
 
 def axis_matrix(parameters: Parameters) -> Array:
-    """Return the sensor reading of each axis over the displacements in all planes, shape (n_axes, n_sensors) (1)."""
+    """Return the matrix from displacements in all planes to sensor readings of axes (1), shape (n_axes, n_sensors)."""
     return sensor_matrix(parameters)[np.asarray(parameters.sensor_of_axis, dtype=np.intp)]
 
 

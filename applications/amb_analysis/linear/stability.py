@@ -2,8 +2,9 @@
 
     x(n+1) = A x(n),   z the eigenvalues of A,   s = ln(z)/T = sigma + j omega
 
-The loop is stable if no |z| exceeds 1. Every pole counts, whatever its frequency: a real pole z > 1 represents a rotor
-that drifts into its retainer without vibration, and a pole above half the sample rate is aliased but still grows.
+The loop is stable if no |z| exceeds 1. Every pole counts, whatever its frequency. For example, a real pole z > 1
+represents a rotor that drifts into its retainer without vibration, and a pole above half the sample rate is aliased but
+still grows.
 
 Poles on the unit circle neither grow nor decay. A loop that levitates a rotor may have the following poles on the
 circle, none of which moves the rotor away:
@@ -15,7 +16,7 @@ circle, none of which moves the rotor away:
 - |z| = 1 of a mode without damping whose nodes are at the magnets or the sensors.
 
 The angle of the shaft is not a state of the linear model, so its free rotation adds no pole. Rounding moves poles off
-the circle; a double pole moves by the square root of the precision. To first order an error E of the matrix moves a
+the circle; a double pole moves by the square root of the precision. To first order, an error E of the matrix moves a
 pole by
 
     |dz| <= kappa |E|,   kappa = |y| |x| / |y^H x|                                                   (1)
@@ -57,8 +58,8 @@ class LoopStability:
     speed
         Spin speed.
     place
-        Bearing at which the rotor moves most, with the axis if the motion along it is at least twice that along the
-        other; "" if unknown.
+        Bearing at which the rotor moves most; "" if unknown. The axis is included if the motion along it is more than
+        twice the motion along the other axis.
     on_circle
         Number of poles on the unit circle within rounding.
     """
@@ -89,7 +90,7 @@ class LoopStability:
 
     @property
     def motion(self) -> str:
-        """The kind of motion, the place where it is largest, and its rate, in words."""
+        """The kind of motion, the place where it is largest, and its rate of growth or decay, in words."""
         vibration = f"a vibration of {frequency_unit().text(self.frequency, 5)}"
         kind = "a drift without vibration" if self.is_drift else vibration
         place = f", largest at {self.place}," if self.place else ""
@@ -105,14 +106,14 @@ class LoopStability:
 
 
 def stability_of(A: Array, sample_time: float) -> LoopStability:
-    """Return the stability of x(n+1) = A x(n), sampled at a time (s)."""
+    """Return the stability of x(n+1) = A x(n) with a sample time (s)."""
     return deciding_pole(A, np.linalg.eigvals(A).astype(np.complex128), sample_time)[0]
 
 
 def deciding_pole(A: Array, z: Complex, sample_time: float) -> tuple[LoopStability, int]:
-    """Return the stability of x(n+1) = A x(n) with poles z, and the number of the pole that determines it.
+    """Return the stability of x(n+1) = A x(n) with poles z, and the index of the pole that determines it.
 
-    If all poles are on the unit circle, the result is pole number 0 with the radius 0.
+    If all poles are on the unit circle, the result is the pole with index 0, with the radius 0.
     """
     circle = _on_circle(A, z)
     radii = np.where(circle, 0.0, np.abs(z))

@@ -1,4 +1,4 @@
-"""Linear range, slew rate, load capacity and bandwidth of an axis of a magnetic bearing, without a simulation.
+"""Linear range, slew rate, load capacity and bandwidth of a magnetic bearing's axis, computed without a simulation.
 
 The functions take the parameters of an axis as a record; see `axis_parameters`.
 """
@@ -27,7 +27,7 @@ from array_types import Array
 
 @dataclass(frozen=True)
 class LinearRange:
-    """Limits of the linear law: displacement (m) at I_c = 0, and control current (A) at x = 0."""
+    """Limits of the linear law: of the displacement x (m) at I_c = 0, and of the control current I_c (A) at x = 0."""
 
     x: Annotated[tuple[float, float], "m"]
     i_c: Annotated[tuple[float, float], "A"]
@@ -42,10 +42,11 @@ class LoadCapacity(NamedTuple):
 
 
 def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
-    """Return the error of F = K_s x + K_i I_c (2.7) from (2.6) with saturation, over |K_s x| + |K_i I_c|.
+    """Return the error of the linear law F = K_s x + K_i I_c (2.7), relative to |K_s x| + |K_i I_c|.
 
-    Because it is relative to the sum of magnitudes, the error stays finite where the terms cancel. At the operating
-    point it is 0. Parameters and errors are those of `linearisation`.
+    The law is compared with (2.6) with saturation. Because the error is relative to the sum of magnitudes, it stays
+    finite where the terms cancel. At the operating point it is 0. The parameters and exceptions are those of
+    `linearisation`.
     """
     k_s, k_i = linear_constants(p)
     exact = linearisation(p, x, i_c).force
@@ -99,7 +100,7 @@ def force_slew_rate(p: np.record) -> tuple[float, float]:
 def current_amplitude(p: np.record, frequency: Array | float) -> Array:
     """Return the largest amplitude (A) of the control current within coil and voltage limits at a frequency (Hz).
 
-    R I_0 + I |R + j omega L| <= V for the coil pair with the larger current I_0 at rest.
+    The amplitude I is limited by R I_0 + I |R + j omega L| <= V for the coil pair with the larger current I_0 at rest.
     """
     low, high = current_range(p)
     impedance = np.hypot(p.resistance, 2.0 * math.pi * p.inductance * np.asarray(frequency, dtype=np.float64))
@@ -107,9 +108,10 @@ def current_amplitude(p: np.record, frequency: Array | float) -> Array:
 
 
 def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
-    """Return the frequency (Hz) up to which the coils follow a sine of the control current with this amplitude (A).
+    """Return the frequency (Hz) up to which the coils follow a sinusoidal control current of this amplitude (A).
 
-    omega L = sqrt(((V - R I_0)/I)^2 - R^2); above it the voltage limit cuts the amplitude to `current_amplitude`.
+    At this frequency, omega L = sqrt(((V - R I_0)/I)^2 - R^2). Above it, the voltage limit reduces the amplitude to
+    `current_amplitude`.
 
     Raises
     ------
@@ -123,7 +125,7 @@ def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
 
 
 def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
-    """Return the control force that remains beyond static loads of the axis at its centre, with saturation.
+    """Return the control force that remains when an axis carries static loads at its centre, with saturation.
 
     Each load determines the static current (`static_current_for`). The force is evaluated at the largest and at the
     smallest control current. Two axes at 45 degrees each carry 1/sqrt(2) of a vertical load.
@@ -152,7 +154,7 @@ def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
 
 
 def voltage_at_rest(p: np.record) -> float:
-    """Return the larger of the voltages R |I_0| (V) of an axis's coil pairs, with their currents I_0 at rest."""
+    """Return the larger of the voltages R |I_0| (V) of an axis's coil pairs, where I_0 is a pair's current at rest."""
     return float(p.resistance * max(abs(current) for current in coil_currents(p)))
 
 

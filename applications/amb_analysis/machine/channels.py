@@ -1,6 +1,6 @@
 """Channels of a measurement at places of a rotor, identified by their names and units.
 
-    fan.x       displacement (m), velocity (m/s), acceleration (m/s^2) or force (N) at the part `fan`, along x; of a
+    fan.x       displacement (m), velocity (m/s), acceleration (m/s^2) or force (N) at the part `fan`, along x; for a
                 body with an `offset`, at its centre of mass
     0.12 m.y    the same at a position on the shaft
     eye_up      the signal of a sensor, as its rotor file names it
@@ -8,7 +8,7 @@
     left.i_x    current (A) of an axis of a magnetic bearing: injected into its demand, or demanded
     thrust.z    the same along the shaft of a rotor with a thrust disc: thrust.z, thrust.f_z, thrust.i_z
 
-Names of a run, which begin with a component, are allowed: `rotor_contact.fan.f_x`.
+Names as in a run, which begin with a component, are also allowed: `rotor_contact.fan.f_x`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Place:
     place
         Name of a part, or the text of a position.
     direction
-        `x`, `y`, or `z` of the thrust disc.
+        `x` or `y`; `z` at the thrust disc.
     unit
         m, m/s, m/s2, N or A.
     position
@@ -58,11 +58,11 @@ class Place:
 
     @property
     def axis_name(self) -> str:
-        """`bearing.x`."""
+        """Name of the axis, such as `bearing.x`."""
         return f"{self.place}.{self.direction}"
 
     def point_on(self, rotor: Rotor) -> Point:
-        """Return the point on a rotor of a lateral channel: a node, or a body's centre of mass if it is off its node.
+        """Return the point of a lateral channel on a rotor: a node, or a body's centre of mass that is off its node.
 
         Raises
         ------
@@ -122,7 +122,7 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
 
 
 def node_rows(rotor: Rotor, places: Sequence[Place]) -> list[int]:
-    """Return the rows of places among displacements: x and y of each of `harmonic_points`, then z."""
+    """Return the row of each place among the displacements, which are x and y of each of `harmonic_points`, then z."""
     points = harmonic_points(rotor)
 
     def row(place: Place) -> int:

@@ -20,10 +20,10 @@ from rotor_analysis.reduction import reduce_by
 
 @dataclass(frozen=True)
 class MachineVariation:
-    """Factors on constants of a machine; 1 means no change.
+    """Factors by which constants of a machine are multiplied; 1 means no change.
 
     k_i, k_s
-        Factors on the magnets' force over current and over displacement.
+        Factors on the magnets' force per current and force per displacement.
     modes
         Factors on the bending frequencies of the free rotor.
     """
@@ -39,7 +39,7 @@ NOMINAL = MachineVariation()
 def coupled_loop(machine: Machine, others: tuple[Bearing, ...] = (), variation: MachineVariation = NOMINAL) -> Loop:
     """Return the sampled loop of a machine with the bearings `others` added, and with factors on its constants.
 
-    The same loop is returned for the same arguments, because analyses share its poles.
+    Calls with the same arguments return the same loop, so that analyses share its poles.
     """
     source = machine.linear_components
 
@@ -76,7 +76,7 @@ def _coupled_rotor(machine: Machine, at: LinearSource, law: Law, others: tuple[B
 
 
 def _varied_magnets(part: LinearComponent, v: MachineVariation) -> Law:
-    """Return the actuator with factors on its forces over displacement and over current."""
+    """Return the law of the actuator with factors on its force per current and force per displacement."""
     law = part.law
     C, D = law.C.copy(), law.D.copy()
     forces = [k for k, name in enumerate(part.outputs) if ".f_" in name]
@@ -89,7 +89,7 @@ def _varied_magnets(part: LinearComponent, v: MachineVariation) -> Law:
 
 
 def _reduced(machine: Machine) -> tuple[Array, Array, Array, Array]:
-    """Return M of the plant with its seals, K without seals, and `right` and `left` of its `Reduction`."""
+    """Return the plant's M with seals, its K without seals, and `right` and `left` of its `Reduction`."""
     reduction = machine.sampled_rotor
     model, order = reduction.model, reduction.model.translations_first
     at = np.ix_(order, order)

@@ -18,7 +18,8 @@ def demand_amplitude(machine: Machine, bearing: str, axis: str) -> float:
 
         I = min(I_0 - I_low, I_high - I_0)                                                       (1)
 
-    The limits are those of the controller that feeds the axis and, if it is on, of its DAC (`signal_chain.demands`).
+    I_low and I_high are the limits of the controller that feeds the axis, and of its DAC if the DAC is on
+    (`signal_chain.demands`).
     """
     source = machine.run_loop.sources[machine.run_loop.axes.index((bearing, axis))]
     component, _, demand = source.partition(".")
@@ -36,7 +37,7 @@ def demand_amplitude(machine: Machine, bearing: str, axis: str) -> float:
 
 
 def control_amplitude(machine: Machine, bearing: str, axis: str, frequency: Array | float) -> Array:
-    """Return the largest amplitude (A) of a control current within the limits of controller, coils and voltage.
+    """Return the largest amplitude (A) of a control current within the limits of its controller, coils and voltage.
 
     Parameters
     ----------

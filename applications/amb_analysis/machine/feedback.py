@@ -1,10 +1,10 @@
-"""Forces of magnetic bearings over displacements of the rotor: controller, hold, delay, amplifier, magnet.
+"""Response of magnetic bearing forces to rotor displacements, through controller, hold, delay, amplifier and magnet.
 
     F(j omega) = K(j omega) q,    w = E y + u,  y = H w    =>    y = (1 - H E)^-1 H u             (1)
 
 w are the inputs of the controller, the actuator and the components between them, y are their outputs, and H is the
-block matrix of their frequency responses. A sampled component has H = D + C (z - A)^-1 B, z = exp(j omega T); its
-output to a continuous component is held:
+block matrix of their frequency responses. A sampled component has H = D + C (z - A)^-1 B with z = exp(j omega T). Its
+output is held if it feeds a continuous component:
 
     H_hold = (1 - exp(-j omega T))/(j omega T) exp(-j omega T_late)                               (2)
 
@@ -27,7 +27,7 @@ ALIKE = 1e-3  # difference of directions that are reported together, over the la
 
 
 def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
-    """Return the forces (N) at the bearings' nodes over displacements (m) at all nodes, at a frequency.
+    """Return the forces (N) at the bearings' nodes per displacement (m) of each node, at a frequency.
 
     Parameters
     ----------
@@ -39,7 +39,8 @@ def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
     Returns
     -------
     ndarray
-        Shape (2 nodes, 2 nodes), alternating x and y of each node; because f = K q, restoring stiffness is negative.
+        Matrix K of f = K q, shape (2 nodes, 2 nodes), with x and y of each node in turn. A restoring stiffness is
+        negative.
     """
     linear_source = machine.run_components.at(Omega)
     feeds = force_feeds(machine, linear_source).items()
@@ -50,14 +51,14 @@ def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
 
 
 def demanded_currents(machine: Machine, omega: float, Omega: float) -> Complex:
-    """Return the demanded currents (A) of all lateral axes over displacements (m) at all nodes, (axes, 2 nodes)."""
+    """Return the demanded currents (A) of all lateral axes per displacement (m) of each node, shape (axes, 2 nodes)."""
     loop = machine.run_loop
     demanded = loop.sources[: len(loop.lateral_axes)]
     return _component_outputs(machine, machine.run_components.at(Omega), demanded, omega)
 
 
 def _component_outputs(machine: Machine, linear_source: LinearSource, outputs: Sequence[str], omega: float) -> Complex:
-    """Return outputs of components over displacements (m) at all nodes, shape (outputs, 2 nodes)."""
+    """Return the outputs of components per displacement (m) of each node, shape (outputs, 2 nodes)."""
     rows, responses = component_responses(machine, linear_source, outputs, np.array([omega]))
     result = np.zeros((len(outputs), machine.axial_row + 1), dtype=np.complex128)
     result[:, rows] = responses[0]
@@ -72,14 +73,15 @@ def component_responses(
     injected: Sequence[str] = (),
     components: Sequence[str] | None = None,
 ) -> tuple[list[int], Complex]:
-    """Return outputs of components over the displacements (m) that they read and over injected inputs, by (1).
+    """Return the response (1) of outputs to the displacements (m) that the components read, and to injected inputs.
 
     Parameters
     ----------
     machine, linear_source
         The machine, and the source of its linear components at the spin speed.
     outputs
-        Names `component.variable`. For a sampled component, this is the fundamental of the output, before the hold.
+        Names `component.variable`. For a sampled component, the response is that of the output's fundamental before the
+        hold.
     omegas
         Frequencies (rad/s), shape (n,).
     injected
@@ -90,8 +92,8 @@ def component_responses(
     Returns
     -------
     rows, responses
-        Rows of the displacements among x and y of all nodes, or the machine's `axial_row`; and the responses, shape (n,
-        outputs, rows + injected).
+        Rows of the displacements that are read, among x and y of all nodes, or the machine's `axial_row`. The responses
+        have the shape (n, outputs, rows + injected).
     """
     names = [name for name in linear_source.names if name != PLANT and (components is None or name in components)]
     feeds, parts = linear_source.feeds([*names, PLANT]), linear_source.parts(names)
@@ -127,8 +129,8 @@ def component_responses(
 def lateness(linear_source: LinearSource, outputs: Sequence[str]) -> Array:
     """Return the times (s) by which outputs of components appear after the samples that they belong to.
 
-    For a sampled component, this time is its delay, a fraction of a sample, plus one sample if it shows its outputs at
-    the end of a step.
+    For a sampled component, this time is the fraction of a sample by which its outputs are late, plus one sample if the
+    outputs appear at the end of a step.
     """
     parts = linear_source.parts([name for name in linear_source.names if name != PLANT])
     late = {
@@ -167,15 +169,15 @@ def _link(source: LinearComponent, target: LinearComponent, omegas: Array) -> Co
 def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict[str, Complex]:
     """Return the dynamic stiffness (N/m) of each bearing along an axis for parallel synchronous motion.
 
-    k(j omega) = -F_x(j omega)/x + k_b + j omega c_b: the real part is stiffness, and the imaginary part is omega times
-    the damping. F is the force of a magnet, k_b and c_b are the passive coefficients of the plant.
+    k(j omega) = -F_x(j omega)/x + k_b + j omega c_b, where F is the force of a magnet, and k_b and c_b are the passive
+    coefficients of the plant. The real part is the stiffness, and the imaginary part is omega times the damping.
 
     Parameters
     ----------
     machine
         The machine.
     omegas
-        Frequencies, which are also the spin speeds (rad/s), above 0, shape (n,).
+        Positive frequencies (rad/s), shape (n,); each is also the spin speed.
     axis
         `x` or `y`.
 
@@ -200,7 +202,7 @@ def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict
 
 
 def springs(machine: Machine, stiffness: Mapping[str, float], floor: float) -> dict[int, float]:
-    """Return the stiffness (N/m) of bearings by node, each at least `floor`."""
+    """Return the stiffness (N/m) of the bearings by node, counting at least `floor` for each bearing."""
     result: dict[int, float] = {}
     for bearing, k in stiffness.items():
         node = machine.bearings[bearing]

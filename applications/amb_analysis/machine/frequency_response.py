@@ -1,13 +1,13 @@
-"""Response of a rotor, free or in its machine, between channels: forces and currents in, motion and currents out.
+"""Responses of a rotor, free or in its machine, from forces and injected currents to motion and demanded currents.
 
-With the displacements x of all nodes, and magnetic bearing forces that depend on these and on injected currents i,
+The magnetic bearing forces depend on the displacements x of all nodes and on the injected currents i:
 
     x = H (p + F x + F_i i),    c = T x + T_i i,    y = (j omega)^k S x                            (1)
 
-H is the rotor with its passive bearings and seals (`rotor_analysis.harmonic`), p are external forces, c are the
-demanded currents as they appear after their delay, and y are displacements (k = 0), velocities (k = 1) or accelerations
-(k = 2). A positive force and the motion that it starts have the same direction, so the receptance of a free mass m is
--1/(m omega^2).
+H is the response of the rotor with its passive bearings and seals (`rotor_analysis.harmonic`), and p are external
+forces. The demanded currents c are those that appear after their delay. y are displacements (k = 0), velocities (k = 1)
+or accelerations (k = 2). A positive force and the motion that it starts have the same direction, so the receptance of a
+free mass m is -1/(m omega^2).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from rotor_analysis.rotor import Rotor
 BLOCK = 512  # frequencies that are computed together, which bounds the memory
 
 Loop = Literal["free", "linear", "open", "closed"]
-"""Support of the rotor: none, the bearings and seals of its file, magnets without a controller, or the closed loop."""
+"""Support of the rotor: none, the bearings and seals of its file, magnets without control, or magnets with control."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Structure:
     _models: dict[object, HarmonicModel] = field(default_factory=dict, compare=False, repr=False)
 
     def with_machine(self, machine: Machine | None) -> Structure:
-        """Return the structure with other values of the machine's parameters; reduced models of the rotor are kept."""
+        """Return the structure with a machine that has other parameter values; reduced models of the rotor are kept."""
         return replace(self, machine=machine)
 
     def model(self, nodes: Sequence[int], highest: float) -> HarmonicModel:
@@ -82,7 +82,7 @@ def frequency_response(
     frequencies: Array,
     highest: float | None = None,
 ) -> Complex:
-    """Return outputs over inputs by (1), shape (n, outputs, inputs).
+    """Return the response of each output to each input by (1), shape (n, outputs, inputs).
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def _response(
     model: HarmonicModel,
     magnets: _Magnets | None,
 ) -> Complex:
-    """Return (1) at some frequencies (rad/s); this needs memory for all displacements at each frequency."""
+    """Return the responses (1) at frequencies (rad/s); this needs memory for all displacements at each frequency."""
     rotor = structure.rotor
     points = len(model.right)
     loads = np.zeros((len(omegas), points, len(inputs)), dtype=np.complex128)
@@ -148,8 +148,8 @@ def resonant_frequencies(
 ) -> list[tuple[float, float]]:
     """Return the resonances (Hz) between the first and the last frequency, and their half widths (Hz).
 
-    Arguments as for `frequency_response`, with ascending frequencies. Each interval between the frequencies may contain
-    only one resonance of a mode.
+    The arguments are those of `frequency_response`; the frequencies must be ascending. Each interval between successive
+    frequencies may contain only one resonance of each mode.
     """
     magnets = _magnets(structure, inputs, outputs)
     model = structure.model(_loaded(structure, inputs, magnets), 2.0 * np.pi * float(frequencies[-1]))
@@ -174,11 +174,11 @@ def _loaded(structure: Structure, inputs: Sequence[Place], magnets: _Magnets | N
 
 @dataclass(frozen=True, eq=False)
 class _Magnets:
-    """Magnets of a machine: rows of their forces in x and y of all nodes, and axes of the demanded currents.
+    """Magnets of a machine: the rows of their forces among x and y of all nodes, and the axes of the demanded currents.
 
-    `at` returns, at frequencies (rad/s), the rows of the displacements that are read, and [F F_i; T T_i] of (1), shape
-    (n, rows + axes, displacements + injected), with demands at their samples; the demands appear `late` (s) after their
-    samples.
+    At frequencies (rad/s), `at` returns the rows of the displacements that are read, and [F F_i; T T_i] of (1), shape
+    (n, rows + axes, displacements + injected). Its demands are those at their samples; they appear `late` (s) after
+    their samples.
     """
 
     rows: list[int]
@@ -187,7 +187,7 @@ class _Magnets:
     at: Callable[[Array], tuple[list[int], Complex]]
 
     def forces(self, columns: list[int], electric: Complex) -> Forces:
-        """Return F from a result of `at`, at its frequencies."""
+        """Return F of (1) from a result of `at`, at the frequencies of this result."""
         return Forces(self.rows, columns, lambda _: electric[:, : len(self.rows), : len(columns)])
 
 

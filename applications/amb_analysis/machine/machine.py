@@ -75,12 +75,12 @@ class Machine:
 
     @property
     def last_speed(self) -> float:
-        """Spin speed at the end (rad/s), as the scenario prescribes it."""
+        """Spin speed (rad/s) that the scenario prescribes at the end."""
         return self.prepared.profile[-1][1] if self.prepared.profile else self.prepared.speed
 
     @cached_property
     def rotor(self) -> Rotor:
-        """Its rotor."""
+        """The rotor of the machine."""
         return load_rotor(self.prepared.scenario.rotor)
 
     @cached_property
@@ -90,22 +90,22 @@ class Machine:
 
     @cached_property
     def run_components(self) -> LinearSource:
-        """Source of the linear models of its runs, with the rotor reduced as its file specifies."""
+        """Source of the linear models of the machine's runs, with the rotor reduced as its file specifies."""
         return self._source or source_of_run(self.prepared)
 
     @cached_property
     def run_loop(self) -> Loop:
-        """The sampled loop of its runs: as `loop`, except that its rotor has fewer modes."""
+        """The sampled loop of the machine's runs; it differs from `loop` only because its rotor has fewer modes."""
         return Loop(self.run_components)
 
     @cached_property
     def sampled_rotor(self) -> Reduction:
-        """Its free rotor with all modes that its control can sense, whatever the reduction in its file."""
+        """The free rotor with all modes that the control can sense, whatever reduction the rotor's file specifies."""
         return sampled_rotor(self.rotor, self._sampling, HIGHEST)
 
     @property
     def _sampling(self) -> Sampling:
-        """How its control acts; if there is no control, forces may act at all places and are held over a step."""
+        """The way in which the control acts; without control, forces may act at all places and are held over a step."""
         try:
             loop = self.run_loop
         except ValueError:
@@ -123,7 +123,7 @@ class Machine:
 
     @cached_property
     def linear_components(self) -> LinearSource:
-        """Source of its linear models, with `sampled_rotor`."""
+        """Source of the machine's linear models, with `sampled_rotor` as the rotor."""
         source = self.run_components
         if source.kind(PLANT) != PLANT:
             return source
@@ -131,22 +131,22 @@ class Machine:
         return replace(source, rotor=flat_constants(structure), _cache={})
 
     def with_plan(self, plan: ScenarioPlan, rotor: Rotor) -> Machine:
-        """Return the machine with another plan of the same components, and a rotor.
+        """Return the machine with another plan of the same components, and with the rotor `rotor`.
 
-        Constants of the electronics are reused. In `run_components` the plant keeps the constants of the previous
-        rotor; `linear_components` contains the new rotor.
+        Constants of the electronics are reused. In `run_components`, the plant keeps the constants of the previous
+        rotor, but `linear_components` contains the new rotor.
         """
         scenario = self.prepared.scenario.model_copy(update={"rotor": rotor})
         return Machine(replace(plan, scenario=scenario), _source=self.run_components.with_plan(plan))
 
     @cached_property
     def loop(self) -> Loop:
-        """Its sampled loop."""
+        """The sampled loop of the machine."""
         return Loop(self.linear_components)
 
     @cached_property
     def controlled(self) -> ControlLoop:
-        """Bearings and sensor planes of the rotor, and their assignment."""
+        """Bearings and sensor planes of the rotor, and the assignment of planes to bearings."""
         return control_loop(self.rotor)
 
     @cached_property
@@ -156,12 +156,12 @@ class Machine:
 
     @cached_property
     def free_rotor(self) -> SupportedRotor:
-        """The free rotor, reduced to `MODES` modes and residual shapes of its parts for analyses at many speeds."""
+        """The free rotor, reduced to `MODES` modes and residual shapes of its parts, for analyses at many speeds."""
         return SupportedRotor(self.rotor, self.free, reduce_to_modes(self.free, MODES, self.rotor.part_nodes))
 
     @cached_property
     def passive_bearings(self) -> tuple[Bearing, ...]:
-        """Stiffness and damping `k_b` and `c_b` of the plant at its bearings."""
+        """The plant's passive stiffness `k_b` and damping `c_b` at each bearing."""
         parameters, result = self.parameters[PLANT], []
         for bearing in self.rotor.bearings:
             k, c = (parameters.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
@@ -175,7 +175,7 @@ class Machine:
 
     @cached_property
     def table_speeds(self) -> tuple[float, ...]:
-        """Speeds (rad/s) for which tables of its controllers and seals have entries, ascending."""
+        """Speeds (rad/s) at which the tables of controllers and seals have entries, in ascending order."""
         return tuple(sorted({*self.run_components.table_speeds(), *table_speeds(self.rotor.seals)}))
 
     @cached_property
@@ -195,7 +195,7 @@ class Machine:
 
     @cached_property
     def axial_row(self) -> int:
-        """Row of the displacement along the shaft among those of `harmonic_points`, if there is a thrust disc."""
+        """Row of the displacement along the shaft, after the rows of `harmonic_points`, if there is a thrust disc."""
         return 2 * len(harmonic_points(self.rotor))
 
     @cached_property
@@ -260,7 +260,7 @@ class Machine:
 
     @cached_property
     def signals(self) -> dict[str, tuple[int, int]]:
-        """Node and axis of the displacements among the plant's outputs, by output."""
+        """Node and axis of each displacement among the plant's outputs, by the name of the output."""
         named = [(f"{part.name}.{axis}", part.node, k) for part in self.rotor.bearings for k, axis in enumerate(AXES)]
         named += [(name, s.node, k) for s in self.rotor.sensors for k, name in enumerate((s.x, s.y))]
         named += [(f"{site.name}.{axis}", site.node, k) for site in self.rotor.sites for k, axis in enumerate(AXES)]

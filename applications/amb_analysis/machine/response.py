@@ -2,8 +2,8 @@
 
     [-Omega^2 M + i Omega (C + Omega G) + K - F(i Omega)] Q = Omega^2 (u, -i u)                   (1)
 
-F describes the forces of the magnetic bearings (`feedback`). M, C, G and K are the matrices of the rotor with
-everything else that supports it.
+F describes the forces of the magnetic bearings (`feedback`). M, C, G and K are the matrices of the rotor with all its
+other supports.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from rotor_analysis.response import Stiffness, dynamic_stiffness, orbit, synchro
 
 
 def passive(machine: Machine, Omega: float, others: tuple[Bearing, ...] = ()) -> Matrices:
-    """Return the condensed rotor with its seals, passive bearings and other coefficients, at a spin speed (rad/s)."""
+    """Return the condensed rotor with its seals, its passive bearings and `others`, at a spin speed (rad/s)."""
     sealed = with_bearings(machine.free_rotor.model, machine.rotor.seals).at(Omega)
     return with_bearings(sealed, (*machine.passive_bearings, *others)).at(Omega)
 
@@ -40,7 +40,7 @@ def synchronous_response(
     speeds
         Spin speeds (rad/s), above 0, shape (n,).
     cases
-        Unbalance (kg m) by node or centre of mass, of each case.
+        Unbalance (kg m) of each case, by node or centre of mass.
     others
         Additional bearings, such as stages.
     """
@@ -62,7 +62,7 @@ def refined_response(
     machine, cases, others
         As for `synchronous_response`.
     speeds
-        Speeds (rad/s) that the result contains, ascending, above 0, shape (n,).
+        Ascending speeds (rad/s) above 0, all of which the result contains, shape (n,).
     nodes
         Nodes whose maxima are refined.
     """
@@ -74,7 +74,7 @@ def refined_response(
 
 
 def stiffness_of(machine: Machine, others: tuple[Bearing, ...] = ()) -> Stiffness:
-    """Return the dynamic stiffness of (1) over the spin speed (rad/s), in the coordinates of the condensed rotor."""
+    """Return the dynamic stiffness of (1) as a function of the spin speed (rad/s), in condensed coordinates."""
     nodes = tuple(sorted(machine.free_rotor.model.translations))
     rotor_rows = np.ix_(*2 * [machine.free_rotor.model.rows(nodes)])
     machine_rows = np.ix_(*2 * [[2 * (node - 1) + k for node in nodes for k in (0, 1)]])

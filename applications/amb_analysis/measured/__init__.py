@@ -1,4 +1,4 @@
-"""Measured data of a machine: frequency responses, modes and time records, from files to SI units.
+"""Measured data of a machine (frequency responses, modes and time records), read from files into SI units.
 
 records      types for a channel, a frequency response, a list of modes, a record over time
 estimates    frequency responses and coherence from records of inputs and outputs

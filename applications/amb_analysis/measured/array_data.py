@@ -9,8 +9,8 @@ Frequency responses:
     inputs, outputs                names
     input_units, output_units      units
 
-A record over time has `time` or `sample_time`, an array for each channel, and `units`, a structure with a field for
-each channel (in `.npz` arrays of text `units.NAME`). `Result.to_mat` writes this form. Times are in s unless
+A record over time has `time` or `sample_time`, and an array for each channel. Its `units` are a structure with a field
+for each channel, or in `.npz` text arrays `units.NAME`. `Result.to_mat` writes this form. Times are in s unless
 `units.time` or `time_unit` is given.
 """
 
@@ -28,7 +28,7 @@ from amb_files.array_files import read_content
 
 
 def read_array_data(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
-    """Return the content of a file of arrays; `units` are units that the user states, by the names of channels.
+    """Return the content of a file of arrays; `units` contains the units that the user states, by channel name.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def _responses(content: dict[str, Any], units: StatedUnits) -> Measurement:
 
 
 def _channels(content: dict[str, Any], kind: str, stated: StatedUnits) -> list[tuple[float, Channel]]:
-    """Return the factors to SI units, and the channels."""
+    """Return the factor to SI units for each channel, and the channel."""
     names, units = (_texts(content, key) for key in (f"{kind}s", f"{kind}_units"))
     if len(units) != len(names):
         raise ValueError(f"{kind}_units has {len(units)} units; it must have {len(names)}, one for each {kind}")
@@ -111,7 +111,7 @@ def _record(content: dict[str, Any], stated: StatedUnits) -> TimeRecord:
 
 
 def _factor(content: dict[str, Any], target: str, name: str, keys: Sequence[str]) -> float:
-    """Return the factor from the unit that one of several arrays states to another unit; 1 if none states a unit."""
+    """Return the factor to the unit `target` from the unit stated in any of several arrays; 1 if none states a unit."""
     stated = {unit for key in keys if key in content for unit in _texts(content, key)}
     if len(stated) > 1:
         raise ValueError(f"{name} has the units {', '.join(sorted(stated))}; it must have one unit")
@@ -119,7 +119,7 @@ def _factor(content: dict[str, Any], target: str, name: str, keys: Sequence[str]
 
 
 def _refuse_unused_units(content: dict[str, Any], used: Sequence[str]) -> None:
-    """Raise ValueError for an unused text that states a unit, because numbers could be read in the wrong unit."""
+    """Raise ValueError if a text that states a unit is not used, because numbers could be read in the wrong unit."""
     for key, value in content.items():
         is_unit = key.endswith(("unit", "units")) and value.dtype.kind == "U"
         if is_unit and key not in used:
@@ -141,7 +141,7 @@ def _numbers(content: dict[str, Any], key: str) -> np.ndarray:
 
 
 def _shaped(content: dict[str, Any], key: str, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array of numbers in a shape; Matlab drops trailing dimensions of length 1."""
+    """Return an array of numbers in its expected shape, because Matlab drops trailing dimensions of length 1."""
     value = np.asarray(content[key])
     squeezed = tuple(k for k in shape if k != 1)
     if value.dtype.kind not in "fiuc" or tuple(k for k in value.shape if k != 1) != squeezed:

@@ -1,19 +1,20 @@
 """Sign and time convention of measured responses, compared with computed ones.
 
-With the computed H_c and the measured H_m at n frequencies,
+For the computed response H_c and the measured response H_m at n frequencies,
 
     z = 1/n sum H_c/H_m |H_m/H_c|                                                                  (1)
 
 has the angle 0 if H_m and H_c agree, and 180 degrees if the force or the sensor points in the opposite direction. FRAC,
-MAC and the levels do not show this, and no parameter of a rotor can compensate for it. An angle of 90 degrees indicates
-that a velocity is read as a displacement or an acceleration.
+MAC and the levels do not show a reversed direction, and no parameter of a rotor can compensate for it. An angle of 90
+degrees indicates that a velocity is read as a displacement or an acceleration.
 
-Data in the convention exp(-j omega t) have conjugate values. Their poles grow (`modal_fit.is_conjugate`), and with the
-real and imaginary parts of unit phasors u = H/|H|, the sums over frequency
+Data in the convention exp(-j omega t) have conjugate values, and their poles grow (`modal_fit.is_conjugate`). For such
+data, the following sums over frequency, with unit phasors u = H/|H|,
 
     q_re = sum Re u_m Re u_c/sum |Re u_m Re u_c|,   q_im = sum Im u_m Im u_c/sum |Im u_m Im u_c|    (2)
 
-are near 1 and -1. If the lines are too coarse to show growing poles, these sums still show the convention.
+are near 1 and -1, respectively. They show the convention even if the frequency lines are too coarse to show growing
+poles.
 """
 
 from __future__ import annotations
@@ -35,12 +36,12 @@ REAL = 1e-9  # largest imaginary part over the amplitude of an amplitude without
 
 
 def phase_offset(measured: Complex, computed: Complex) -> float | None:
-    """Return the angle of (1) in degrees, from -180 to 180; None if the curves differ too much to have an angle.
+    """Return the angle of (1) in degrees, from -180 to 180; None if the curves differ too much for a valid angle.
 
     Parameters
     ----------
     measured, computed
-        Responses at the same frequencies, shape (n,); the measured ones are not 0.
+        Responses at the same frequencies, shape (n,); the measured values must not be 0.
     """
     on = computed != 0.0
     if not on.any():
@@ -73,14 +74,14 @@ def _is_real(values: Complex) -> bool:
 
 
 def contradictions(curves: Sequence[FrequencyResponse], values: Sequence[Complex]) -> tuple[str, ...]:
-    """Return sentences on measured responses whose sign, quantity or time convention differs from the computed ones.
+    """Return sentences about measured responses whose sign, quantity or time convention contradicts the computed ones.
 
     Parameters
     ----------
     curves
         Measured responses.
     values
-        Computed values of each, shape (n,).
+        Computed values of each response, shape (n,).
     """
     result = []
     for _, group in groupby(zip(curves, values, strict=True), lambda pair: pair[0].frequencies.tobytes()):

@@ -1,10 +1,10 @@
-"""How far computed responses and modes are from measured ones.
+"""Deviation of computed responses and modes from measured ones.
 
     FRAC = |sum H_m^* H_c|^2 / (sum |H_m|^2 sum |H_c|^2)      over frequency                         (1)
     MAC  = |phi_m^H phi_c|^2 / (phi_m^H phi_m phi_c^H phi_c)  over responses                         (2)
 
-A value of 1 means that the two are equal up to a complex factor. R. J. Allemang, The modal assurance criterion: twenty
-years of use and abuse, Sound and Vibration 37 (2003) 14-21.
+A value of 1 means that the measured and the computed values are equal up to a complex factor. R. J. Allemang, The modal
+assurance criterion: twenty years of use and abuse, Sound and Vibration 37 (2003) 14-21.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ FARTHEST = 0.2  # relative difference of frequency above which two modes are not
 
 @dataclass(frozen=True)
 class CurveDeviation:
-    """Deviation of a computed response.
+    """Deviation of a computed response from a measured one.
 
     frac
-        (1).
+        FRAC by (1).
     decibel
         Root mean square of 20 log10 |H_c/H_m| (dB).
     """
@@ -41,13 +41,13 @@ class ModeDeviation:
     """A measured mode and the computed mode paired with it.
 
     measured, computed
-        Frequencies (Hz); None if there is no computed mode.
+        Frequencies (Hz); the computed one is None if no computed mode is paired.
     percent
         Relative deviation of the computed from the measured frequency (%).
     measured_damping, computed_damping
         Damping ratios (1); None if they are not available or not resolved.
     mac
-        (2); None if there is only one response.
+        MAC by (2); None if there is only one response.
     """
 
     measured: Annotated[float, "Hz"]
@@ -65,13 +65,13 @@ def curve_deviation(measured: Complex, computed: Complex) -> CurveDeviation:
 
 
 def assurance(a: Complex, b: Complex) -> float:
-    """Return the squared correlation of two complex vectors, (1) and (2); 0 if one is zero."""
+    """Return the squared correlation of two complex vectors, as in (1) and (2); 0 if one of them is zero."""
     sizes = np.vdot(a, a).real * np.vdot(b, b).real
     return float(np.abs(np.vdot(a, b)) ** 2 / sizes) if sizes > 0.0 else 0.0
 
 
 def mode_deviations(measured: Sequence[FittedMode], computed: Sequence[FittedMode]) -> tuple[ModeDeviation, ...]:
-    """Return each measured mode with the computed mode that is nearest in frequency and shape; none is used twice.
+    """Return each measured mode with the computed mode nearest in frequency and shape; no computed mode is used twice.
 
     Shapes are compared if both modes have at least two responses.
     """

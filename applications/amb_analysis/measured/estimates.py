@@ -1,6 +1,6 @@
 """Frequency responses and coherence from records of inputs and outputs, by averaged spectra (P. D. Welch).
 
-With the spectra S_uu = <U U^H>, S_yu = <Y U^H>, S_yy = <Y Y^H> of segments,
+The averaged spectra of segments, S_uu = <U U^H>, S_yu = <Y U^H> and S_yy = <Y Y^H>, give
 
     H1 = S_yu S_uu^-1                  noise at the outputs averages out                             (1)
     H2 = S_yy S_uy^-1                  noise at the input averages out, one input                    (2)
@@ -42,14 +42,14 @@ def estimate(
     record
         Signals over time.
     inputs
-        Names of channels; all others are outputs.
+        Names of the input channels; all other channels are outputs.
     estimator
-        `H1`, or `H2` for one input.
+        `H1`, or `H2` if there is only one input.
     segment
-        Length of a segment (s), by default an eighth of the record; its inverse is the resolution. Segments overlap by
-        half, unless the window is `boxcar`.
+        Length of a segment (s), which is an eighth of the record by default. The frequency resolution is the inverse of
+        this length. Segments overlap by half of their length, unless the window is `boxcar`.
     window
-        Name of a window of scipy.
+        Name of a SciPy window.
 
     Raises
     ------
@@ -87,16 +87,16 @@ def responses(S: Complex, inputs: int, estimator: Estimator = "H1") -> tuple[Com
     Parameters
     ----------
     S
-        Spectra S_ij = <W_i W_j^*> of inputs and then outputs, shape (n, channels, channels).
+        Spectra S_ij = <W_i W_j^*> of the inputs followed by the outputs, shape (n, channels, channels).
     inputs
         Number of inputs.
     estimator
-        (1), or (2) for one input.
+        `H1` for (1), or `H2` for (2) if there is only one input.
 
     Raises
     ------
     ValueError
-        If, at some frequency, an input is zero or is a combination of the others.
+        If, at some frequency, an input is zero or is a linear combination of the other inputs.
     """
     S_uu, S_yu = S[:, :inputs, :inputs], S[:, inputs:, :inputs]
     S_yy = np.einsum("nkk->nk", S[:, inputs:, inputs:]).real

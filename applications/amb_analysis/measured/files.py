@@ -1,4 +1,4 @@
-"""Reads measured data from a file; its suffix, or the folder of a run, selects the form."""
+"""Reader of measured data; the suffix of a file selects its format, and a folder is read as the result of a run."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def read_measured(
         UFF (`.uff`, `.unv`; sets 58 and 55), arrays (`.mat`, `.npz`), a table (`.csv`, `.tsv`, `.txt`), or the
         result of a run.
     names
-        Names of channels in the model, by their names in the file.
+        Names that channels have in the model, by the names that they have in the file.
     inputs, estimation
-        Arguments of `estimate`, for a file that is a record over time.
+        Arguments of `estimate`, for a file that contains a record over time.
     units
         Units, by the names of columns or channels in the file; they replace units in the file, or supply missing ones.
 

@@ -3,10 +3,10 @@
     min_p sum r_k(p)^2,   s^2 = sum r_k^2/(n - m),   cov = s^2 (J^T J)^-1                           (1)
 
 The interval of a parameter is p +- t sqrt(cov_pp), where t is the quantile of Student's distribution with n - m degrees
-of freedom. This is linear theory. It holds if the model is right, and the residuals are independent and of equal
-variance. G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 5.1. lmfit is not used because it gives
-standard errors without Student's distribution, so intervals from few residuals are too narrow, and because it does not
-raise an error if the data do not determine a parameter.
+of freedom. This is linear theory. It holds if the model is right and if the residuals are independent and have equal
+variance. G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 5.1. lmfit is not used for two reasons. It
+gives standard errors without Student's distribution, so intervals from few residuals are too narrow. It also raises no
+error if the data do not determine a parameter.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Fit:
     parameters
         Parameters by name.
     correlation
-        Correlation of the parameters in their order, shape (m, m).
+        Correlation of the parameters, in the order of `parameters`, shape (m, m).
     rms_before, rms_after
         Root mean square of the residuals before and after the fit.
     residuals
@@ -134,7 +134,7 @@ def intervals(
     inflation
         Factor on the covariance, above 1 if residuals depend on each other.
     equivalent
-        Number of residuals that determine the parameters, if not all do.
+        Number of residuals that determine the parameters, if not all of them do.
 
     Raises
     ------
@@ -161,14 +161,14 @@ def intervals(
 
 
 def leverages(residuals: Residuals, free: Sequence[FreeParameter], best: Array) -> Array:
-    """Return the leverage of each residual, the diagonal of J (J^T J)^-1 J^T, shape (n,)."""
+    """Return the leverage of each residual, which is the diagonal of J (J^T J)^-1 J^T, shape (n,)."""
     _, jacobian, low, span = _scaled(residuals, free)
     U, sizes, _ = np.linalg.svd(jacobian((best - low) / span), full_matrices=False)
     return np.asarray(np.sum(U[:, sizes > 1e-12 * sizes[0]] ** 2, axis=1))
 
 
 def _scaled(residuals: Residuals, free: Sequence[FreeParameter]) -> tuple[Residuals, Residuals, Array, Array]:
-    """Return residuals, the Jacobian over parameters scaled to 0 to 1, and the parameters' lowest values and ranges."""
+    """Return functions of parameters scaled to 0 to 1 (residuals and Jacobian), the lowest values, and the ranges."""
     low, span = (np.array(v) for v in ([p.lowest for p in free], [p.highest - p.lowest for p in free]))
 
     def scaled(u: Array) -> Array:
@@ -193,7 +193,7 @@ def _refuse_without_influence(free: Sequence[FreeParameter], J: Array) -> None:
 
 
 def _refuse_uncertain(free: Sequence[FreeParameter], half: Array, correlation: Array) -> None:
-    """Reject parameters whose interval is as wide as their bounds."""
+    """Raise ValueError if the interval of a parameter is wider than its bounds."""
     for k, (p, width) in enumerate(zip(free, half, strict=True)):
         if width > 0.5:
             others = np.abs(correlation[k]).copy()

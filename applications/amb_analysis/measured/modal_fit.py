@@ -4,9 +4,9 @@ Near a resonance, all responses share a pole lambda, and the contributions of ot
 
     H_c(j omega) = N_c(j omega)/(j omega - lambda),   N_c = b_0c + b_1c s + b_2c s^2,  complex        (1)
 
-Multiplied by the denominator, this is linear in lambda and N_c. It is solved by least squares with weights from the
-denominator of the previous iteration (C. K. Sanathanan, J. Koerner, IEEE Trans. Autom. Control 8 (1963) 56-58). The
-shape is the residue N_c(lambda) of each response.
+When (1) is multiplied by the denominator, it is linear in lambda and N_c. It is solved by least squares, with weights
+from the denominator of the previous iteration (C. K. Sanathanan, J. Koerner, IEEE Trans. Autom. Control 8 (1963)
+56-58). The mode shape consists of the residues N_c(lambda) of the responses.
 
 An estimate from records is an average over the width 1/T of its lines, where T is the length of a segment. A peak whose
 fitted half-power width is
@@ -52,22 +52,22 @@ CERTAIN = 0.9  # coherence about a peak, below which it is noise if narrower tha
 
 @dataclass(frozen=True, eq=False)
 class FittedMode:
-    """A mode of some responses.
+    """A mode fitted to several responses.
 
     frequency
         |Im lambda|/2 pi (Hz).
     damping_ratio
         -Re lambda/|lambda| (1).
     shape
-        Residue of each response, in their order, shape (responses,).
+        Residue of each response, in the order of the responses, shape (responses,).
     lines
-        Half-power width of the peak over the spacing of lines (1).
+        Ratio of the half-power width of the peak to the spacing of the lines (1).
     error
-        Root mean square of the deviation of the fit from the responses, over the root mean square of the responses (1).
+        Root-mean-square deviation of the fit from the responses, relative to the root mean square of the responses (1).
     height
-        Power of a response at the peak over its median, averaged over the responses (1).
+        Ratio of a response's power at the peak to its median power, averaged over the responses (1).
     is_resolved
-        Whether the damping ratio describes the vibration, and not the width of the lines (2).
+        Whether, by (2), the damping ratio describes the vibration rather than the width of the lines.
     """
 
     frequency: float
@@ -82,8 +82,8 @@ class FittedMode:
 def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ...]:
     """Return the modes at the peaks of some responses by (1), in order of frequency.
 
-    Noise has peaks, too. A peak with low coherence is therefore not taken for a mode. Nor is a peak with uncertain
-    coherence if no pole fits it or if it is narrower than a line.
+    Noise also has peaks, so a peak with low coherence is not taken for a mode. A peak with uncertain coherence is not
+    taken for a mode if no pole fits it, or if it is narrower than a line.
 
     Parameters
     ----------
@@ -115,11 +115,11 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
 def _heavily_damped(
     responses: Sequence[FrequencyResponse], frequencies: Array, H: Complex, light: Sequence[FittedMode]
 ) -> tuple[FittedMode, ...]:
-    """Return the mode that has no peak of 6 dB, if a mode with a large damping ratio fits all responses.
+    """Return the mode without a peak of 6 dB, if one mode with a large damping ratio fits all responses.
 
     Both of its poles, lambda and its conjugate, affect all lines, so (1) with two poles is exact. Each lightly damped
-    mode adds a residue over its pole, and its peak is left out. If polynomials of degree 3 and the lightly damped modes
-    fit the curves, there is no other mode.
+    mode adds a term with its pole to the fit, and the lines of its peak are left out. If polynomials of degree 3 and
+    the lightly damped modes fit the curves, there is no other mode.
     """
     known = [float(item.coherence.mean()) for item in responses if item.coherence is not None]
     off = np.ones(len(frequencies), np.bool_)
@@ -140,12 +140,12 @@ def _heavily_damped(
 
 
 def _pole(mode: FittedMode) -> complex:
-    """Return lambda/(2 pi) in Hz."""
+    """Return lambda/(2 pi) of a mode (Hz)."""
     return mode.frequency * complex(-mode.damping_ratio / np.sqrt(1.0 - mode.damping_ratio**2), 1.0)
 
 
 def _error(frequencies: Array, H: Complex, poles: Complex) -> float:
-    """Return the relative error of a fit by polynomials of degree 3 and residues over poles (Hz)."""
+    """Return the relative error of a fit by polynomials of degree 3 and a residue at each of the poles (Hz)."""
     _, basis = _basis(frequencies, 4, poles)
     scaled = (H / np.linalg.norm(H, axis=1)[:, None]).T
     rest = scaled - basis @ np.linalg.lstsq(basis, scaled, rcond=None)[0]
@@ -153,7 +153,7 @@ def _error(frequencies: Array, H: Complex, poles: Complex) -> float:
 
 
 def _basis(frequencies: Array, count: int, poles: Complex) -> tuple[Complex, Complex]:
-    """Return s of (1), from -j to j, and columns with the powers of s below `count` and 1/(s - pole) of poles (Hz)."""
+    """Return s of (1), scaled to -j to j, and the columns s^k, k < `count`, and 1/(s - pole) of each pole (Hz)."""
     middle, half = 0.5 * (frequencies[0] + frequencies[-1]), 0.5 * (frequencies[-1] - frequencies[0])
     s = 1j * (frequencies - middle) / half
     columns = [s**k for k in range(count)] + [1.0 / (s - (pole - 1j * middle) / half) for pole in poles]
@@ -161,16 +161,16 @@ def _basis(frequencies: Array, count: int, poles: Complex) -> tuple[Complex, Com
 
 
 def peak_frequencies(responses: Sequence[FrequencyResponse]) -> Array:
-    """Return the frequencies (Hz) of all peaks of some responses, whether or not a mode fits; see `fitted_modes`."""
+    """Return the frequencies (Hz) of all peaks of responses, whether or not a mode fits them; see `fitted_modes`."""
     frequencies, _, _, peaks = _peaks(responses)
     return frequencies[peaks]
 
 
 def is_conjugate(responses: Sequence[FrequencyResponse]) -> bool:
-    """Return whether the poles at the peaks of some responses grow, which indicates the convention exp(-j omega t).
+    """Return whether the poles at the peaks of the responses grow, which indicates the convention exp(-j omega t).
 
-    Growing poles then fit more peaks than decaying ones. Only peaks that are high and fitted well count, because the
-    poles of noise may grow or decay.
+    In this convention, growing poles fit more peaks than decaying poles do. Only peaks that are high and fitted well
+    count, because the poles of noise may grow or decay.
     """
     turned = [replace(item, values=item.values.conj()) for item in responses]
     return _clear_poles(turned) > _clear_poles(responses)
@@ -181,7 +181,7 @@ def _clear_poles(responses: Sequence[FrequencyResponse]) -> int:
 
 
 def _peaks(responses: Sequence[FrequencyResponse]) -> tuple[Array, Complex, Array, Indices]:
-    """Return the frequencies, the responses, shape (responses, n), their mean power and the numbers of its peaks."""
+    """Return the frequencies, the responses, shape (responses, n), their mean power, and the indices of its peaks."""
     frequencies = responses[0].frequencies
     if any(not np.array_equal(item.frequencies, frequencies) for item in responses):
         raise ValueError(
@@ -195,7 +195,7 @@ def _peaks(responses: Sequence[FrequencyResponse]) -> tuple[Array, Complex, Arra
 
 
 def _coherences(responses: Sequence[FrequencyResponse], peaks: Indices) -> Array:
-    """Return the mean coherence around each peak; 1 if it was not measured."""
+    """Return the mean coherence around each peak; 1 if no coherence was measured."""
     known = [item.coherence for item in responses if item.coherence is not None]
     if not known:
         return np.ones(len(peaks))
@@ -204,7 +204,7 @@ def _coherences(responses: Sequence[FrequencyResponse], peaks: Indices) -> Array
 
 
 def _near(power: Array, frequencies: Array, peaks: Indices, k: int, reach: float) -> slice:
-    """Return the lines that are within some half-power widths of a peak and between its neighbours."""
+    """Return the lines within `reach` half-power widths of a peak, as far as half-way to its neighbouring peaks."""
     peak = int(peaks[k])
     first = 0 if k == 0 else (peaks[k - 1] + peak + 1) // 2
     last = len(frequencies) if k == len(peaks) - 1 else (peaks[k + 1] + peak + 1) // 2
@@ -223,9 +223,9 @@ def _fits(frequencies: Array, H: Complex, narrowest: float) -> list[FittedMode]:
     """Return the modes near a peak from H, shape (responses, lines): one, two if they fit much better, or none.
 
     With p poles, (1) has the denominator prod(s - lambda_j) and polynomials N_c of degree p + 1. With the residuals e
-    and their degrees of freedom d, two poles are better if (e_1^2/d_1)/(e_2^2/d_2) > 6. Both must decay, lie within the
-    lines and contribute to the peak. Their half-power widths must be at least `narrowest` (Hz), the width that the
-    lines resolve, because the window of an estimate has a shape that two poles fit better than one.
+    and their degrees of freedom d, two poles are better if (e_1^2/d_1)/(e_2^2/d_2) > 6. Both poles must decay, lie
+    within the lines and contribute to the peak. Their half-power widths must be at least `narrowest` (Hz), the width
+    that the lines resolve, because the window of an estimate has a shape that two poles fit better than one.
     """
     one, two = (_fit(frequencies, H, p) for p in (1, 2))
     count, n = H.shape
@@ -243,9 +243,9 @@ def _fits(frequencies: Array, H: Complex, narrowest: float) -> list[FittedMode]:
 
 
 def _fit(frequencies: Array, H: Complex, order: int, light: Complex = NONE) -> list[FittedMode]:
-    """Return modes by (1) with some poles; poles that do not decay, or lie outside the lines, are left out.
+    """Return the modes by (1) with `order` poles; poles that do not decay, or lie outside the lines, are left out.
 
-    Each of the known poles `light` (Hz) adds a residue over this pole to N_c.
+    Each of the known poles `light` (Hz) adds a term with this pole to N_c.
     """
     n = H.shape[1]
     if n < 4 + order + len(light):

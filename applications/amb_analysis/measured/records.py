@@ -32,7 +32,7 @@ class Channel:
     unit: str
 
     def renamed(self, names: Mapping[str, str]) -> Channel:
-        """Return the channel with its name in the model, if `names` contains it."""
+        """Return the channel with its new name from `names`, or with its old name if `names` does not contain it."""
         return Channel(names.get(self.name, self.name), self.unit)
 
     def __str__(self) -> str:
@@ -46,13 +46,13 @@ class FrequencyResponse:
     output, input
         Channels.
     frequencies
-        Ascending, above 0 (Hz), shape (n,).
+        Frequencies (Hz) above 0, in ascending order, shape (n,).
     values
-        Y/U in the units of the channels, shape (n,); y = Re[Y exp(j omega t)], so a delay has a negative phase.
+        Y/U in the units of the channels, shape (n,). Because y = Re[Y exp(j omega t)], a delay has a negative phase.
     coherence
-        From 0 to 1, shape (n,); None where it was not measured. Values above 1 due to rounding are reduced to 1.
+        Coherence from 0 to 1, shape (n,); None if it was not measured. Values above 1 due to rounding are reduced to 1.
     resolution
-        Inverse length of a segment (Hz), if it is an estimate from records; None if unknown.
+        Inverse of the segment length (Hz), if the response is an estimate from records; None if it is unknown.
 
     Raises
     ------
@@ -88,7 +88,7 @@ class FrequencyResponse:
 
     @property
     def name(self) -> str:
-        """`output/input`."""
+        """Name of the response, `output/input`."""
         return f"{self.output.name}/{self.input.name}"
 
     @property
@@ -102,7 +102,7 @@ class FrequencyResponse:
         return self.at((self.frequencies >= lowest) & (self.frequencies <= highest))
 
     def at(self, k: Indices | Bools) -> FrequencyResponse:
-        """Return the part at some of the frequencies, selected by their numbers."""
+        """Return the part at the frequencies that are selected by their indices or by a mask."""
         coherence = None if self.coherence is None else self.coherence[k]
         return replace(self, frequencies=self.frequencies[k], values=self.values[k], coherence=coherence)
 
@@ -141,7 +141,7 @@ class TimeRecord:
     signals
         Samples of each channel, shape (n,).
     repeats
-        Number of consecutive records of equal length in the samples, such as blows of a hammer.
+        Number of consecutive records of equal length in the samples, such as one record for each hammer blow.
     """
 
     sample_time: float
@@ -149,7 +149,7 @@ class TimeRecord:
     repeats: int = 1
 
     def channel(self, name: str) -> Channel:
-        """Return the channel with a name, or the force if a force and a motion share the name at a driving point.
+        """Return the channel of a name; if a force and a motion share it at a driving point, return the force.
 
         Raises
         ------

@@ -1,30 +1,30 @@
 """Parameters of a model from measured frequency responses, whose scatter is estimated from the data.
 
-The fit begins with the residuals ln(H/H_m), with which it finds the resonances even from a distant start. However,
-these residuals are biased near a noise floor. The fit therefore ends with differences divided by their standard
-deviations,
+The fit begins with the residuals ln(H/H_m), because these find the resonances even from a distant start. However, these
+residuals are biased near a noise floor. The fit therefore ends with differences divided by their standard deviations,
 
     r_k = (H_k - H_mk)/sqrt(v_k/2), real and imaginary                                               (1)
     v_k = a + b |H_k|^2 + c |H_k|^2 (1 - gamma_k^2)/gamma_k^2                                        (2)
 
-a is a noise floor, b is a scatter in proportion to the response, and c is the scatter of an estimate with the coherence
-gamma^2. Each response has its own a, b, c >= 0, which maximise the likelihood if e_k = |H_k - H_mk|^2/v_k is
-distributed exponentially. Each coefficient is multiplied by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), where x is its
-factor in (2), until it converges. H of (2) is the model of the previous step, because a measured |H| would favour small
-values.
+The coefficient a is a noise floor, b describes scatter in proportion to the response, and c describes the scatter of an
+estimate with the coherence gamma^2. Each response has its own coefficients a, b, c >= 0. They maximise the likelihood
+under the assumption that e_k = |H_k - H_mk|^2/v_k is exponentially distributed. Each coefficient is multiplied
+repeatedly by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), where x is its factor in (2), until it converges. H of (2) is the
+model of the previous step, because a measured |H| would favour small values.
 
 Residuals r of neighbouring lines should be independent. If they have correlations rho_l at a distance of l lines, the
 covariance of the parameters grows by the factor
 
     1 + 2 sum rho_l,   l = 1, 2, ... while rho_l > 3/sqrt(n)                                         (3)
 
-If the model lacks something, such as a soft suspension, a few lines may deviate strongly. They shift parameters, but
-hardly change (3). With both parts of r combined into a complex number z, the sum over L neighbouring lines of noise
+If the model lacks something, such as a soft suspension, a few lines may deviate strongly. These lines shift the
+parameters, but hardly change (3). Let z be the complex number formed by both parts of r. If z is noise, the following
+quantity for L neighbouring lines,
 
     |sum z_k|^2/(2 L)                                                                                (4)
 
-is distributed exponentially. The largest value of all runs of L = 1, 2, 4, ... lines, divided by (3), exceeds
-ln(runs/0.01) in fewer than one of a hundred measurements that the model explains.
+is exponentially distributed. It is computed for all runs of L = 1, 2, 4, ... neighbouring lines. If the model explains
+the measurements, the largest value, divided by (3), exceeds ln(runs/0.01) in fewer than one measurement in a hundred.
 
 G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 2.8; J. S. Bendat, A. G. Piersol, Random Data, 4th
 ed., Wiley, 2010, sec. 9.2.
@@ -71,7 +71,7 @@ def fit_responses(
     Raises
     ------
     ValueError
-        As `least_squares.fit`.
+        As for `least_squares.fit`.
     """
     weights = [_by_coherence(curve) for curve in curves]
 
@@ -116,20 +116,20 @@ def fit_responses(
 
 
 def _pairs(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
-    """Return the numbers of the residuals of each response, shape (2, n): real parts, then imaginary parts."""
+    """Return the residuals of each response, shape (2, n): the real parts, then the imaginary parts."""
     parts = np.split(values, np.cumsum([2 * len(c.values) for c in curves])[:-1])
     return [part.reshape(2, -1) for part in parts]
 
 
 def _shares(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
-    """Return the leverage of each line in the fit, by response, shape (n,) each."""
+    """Return the leverages of the lines in the fit, as an array of shape (n,) for each response."""
     return [np.asarray(pair.sum(axis=0)) for pair in _pairs(values, curves)]
 
 
 def _scatters(
     values: Sequence[Complex], curves: Sequence[FrequencyResponse], shares: Sequence[Array]
 ) -> tuple[list[Array], float]:
-    """Return the terms of (2) of each response, shape (n, terms), and -2 times the logarithm of the likelihood.
+    """Return the terms of (2) for each response, shape (n, terms), and -2 times the logarithm of the likelihood.
 
     A line with the leverage h, summed over its real and imaginary parts, leaves a residual that is too small. Its
     square is therefore divided by 1 - h/2.
@@ -146,7 +146,7 @@ def _scatters(
 def _equivalent(terms: Sequence[Array], shares: Sequence[Array]) -> float:
     """Return the number of residuals that set the scatter of the lines on which the parameters depend.
 
-    A term of (2) is known from the lines at which it is large. Their number is about 2 (sum s)^2/sum s^2, where s is
+    A term of (2) is determined by the lines at which it is large. Their number is about 2 (sum s)^2/sum s^2, where s is
     the term's fraction of v. The relative errors of the terms add up, weighted by the contributions of the terms to the
     fit (F. E. Satterthwaite, Biometrics 2 (1946) 110).
     """
@@ -159,7 +159,7 @@ def _equivalent(terms: Sequence[Array], shares: Sequence[Array]) -> float:
 
 
 def _by_coherence(curve: FrequencyResponse) -> Array:
-    """Return weights of logarithms: the inverse of their standard deviation, up to a constant factor."""
+    """Return the weights of the logarithms, which are inverse standard deviations up to a constant factor."""
     if curve.coherence is None:
         return np.ones(len(curve.values))
     square = np.clip(curve.coherence, 1e-3, 1.0 - 1e-6)
@@ -167,7 +167,7 @@ def _by_coherence(curve: FrequencyResponse) -> Array:
 
 
 def _floor(H: Complex, curve: FrequencyResponse) -> Array:
-    """Return equal v, shape (n,), so that resonances dominate; otherwise a misfit there would pass for scatter (2)."""
+    """Return equal v for all lines, shape (n,), so that a misfit at the resonances is not taken for scatter (2)."""
     squares = np.abs(H - curve.values) ** 2
     return np.full(len(H), max(float(np.median(squares)), LEAST_SCATTER**2 * float(np.mean(np.abs(H) ** 2))))
 
@@ -196,7 +196,7 @@ def _scatter(H: Complex, curve: FrequencyResponse, squares: Array) -> Array:
 
 
 def _dependence(residuals: Sequence[Complex]) -> tuple[float, float]:
-    """Return (3), and the correlation of neighbours."""
+    """Return the factor (3), and the correlation of the residuals of neighbouring lines."""
     size = sum(float(np.sum(np.abs(z) ** 2)) for z in residuals)
     n = sum(len(z) for z in residuals)
     total, neighbour = 1.0, 0.0
@@ -210,7 +210,7 @@ def _dependence(residuals: Sequence[Complex]) -> tuple[float, float]:
 
 
 def _systematic(residuals: Sequence[Complex], curves: Sequence[FrequencyResponse], inflation: float) -> str:
-    """Return where (4) is largest if noise does not explain it; an empty text otherwise."""
+    """Return a text that states where (4) is largest, if noise does not explain (4); an empty text otherwise."""
     runs, largest, where = 0, 0.0, ""
     for z, curve in zip(residuals, curves, strict=True):
         sums, L = np.concatenate([[0.0], np.cumsum(z)]), 1
@@ -226,7 +226,7 @@ def _systematic(residuals: Sequence[Complex], curves: Sequence[FrequencyResponse
 
 
 def _relative(values: Sequence[Complex], curves: Sequence[FrequencyResponse]) -> float:
-    """Return the root mean square of ln(H/H_m), real and imaginary."""
+    """Return the root mean square of the real and imaginary parts of ln(H/H_m)."""
     r = np.concatenate([_parts(np.log(H / c.values)) for H, c in zip(values, curves, strict=True)])
     return float(np.sqrt(np.mean(r**2)))
 

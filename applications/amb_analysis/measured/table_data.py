@@ -1,11 +1,11 @@
-"""Measured data from tables, `.csv`, `.tsv` or `.txt`, whose first row contains names and units.
+"""Measured data from tables (`.csv`, `.tsv` or `.txt`), whose first row contains names and units.
 
 time [s], fan.x [mm], fan.f_x [N]                                   a record over time
 frequency [Hz], y/u amplitude [m/N], y/u phase [deg]                responses; also y/u real and y/u imag,
                                                                     and y/u coherence
 frequency [Hz], damping ratio                                       modes
 
-An amplitude may be in decibels relative to a reference a_0, `dB re 1 m/N` or `dB re 1e-6 m/N`:
+An amplitude may be in decibels relative to a reference a_0, for example `dB re 1 m/N` or `dB re 1e-6 m/N`:
 
     a = a_0 10^(L/20)                                                                                    (1)
 """
@@ -44,7 +44,7 @@ Column = tuple[str, Array]  # unit and numbers
 
 
 def read_table(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
-    """Return the content of a table; `units` are units that the user states, by the names of columns.
+    """Return the content of a table; `units` contains the units that the user states, by column name.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _columns(path: Path, stated: StatedUnits) -> dict[str, Column]:
 
 
 def _numbers(_: list[str], rows: Rows) -> Array:
-    """Return the numbers in rows with blank or quoted cells; NaN for a blank one."""
+    """Return the numbers in rows that may have blank or quoted cells; a blank cell becomes NaN."""
     try:
         numbers = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows])
     except ValueError as error:
@@ -143,7 +143,7 @@ def _response(frequencies: Array, output: str, source: str, parts: Mapping[str, 
 
 
 def _linear(unit: str, amplitude: Array, name: str) -> tuple[str, Array]:
-    """Return the unit and the values of an amplitude, by (1) if it is in decibels."""
+    """Return the unit and the values of an amplitude, converted by (1) if it is in decibels."""
     decibel = DECIBEL.fullmatch(unit)
     if decibel is None:
         return unit, amplitude
@@ -162,8 +162,8 @@ def _linear(unit: str, amplitude: Array, name: str) -> tuple[str, Array]:
 def _radians(unit: str, phase: Array, name: str) -> Array:
     """Return a phase in rad.
 
-    A phase in rad is either within one turn, or unwrapped, so that neighbours differ by at most half a turn. Degrees
-    that are labelled as radians violate both rules and are refused.
+    A phase in rad must either be within one turn, or be unwrapped so that neighbouring values differ by at most half a
+    turn. Degrees that are labelled as radians violate both rules and are refused.
     """
     factor = factor_to("rad", unit, name)
     radians = phase * factor

@@ -1,18 +1,20 @@
-"""Measured data from Universal File Format, by pyuff: functions at nodes (sets 58 and 58b) and modes (set 55).
+"""Measured data in Universal File Format, read by pyuff: functions at nodes (sets 58 and 58b) and modes (set 55).
 
-A channel is named by node and direction, `3.x`; data in direction -x are read as data along x with the opposite sign.
+A channel is named by its node and direction, for example `3.x`. Data in direction -x are read as data along x with the
+opposite sign.
 
-Units are taken from the axis labels. If there is no label, numbers are divided by the factors of the set 164 before
-them, or else by those of the first set 164 in the file,
+Units are taken from the axis labels. If there is no label, the numbers are divided by the factors of the preceding set
+164 or, if none precedes them, of the first set 164 in the file,
 
     SI = value/(length^a force^b)                                                                  (1)
 
-with the exponents a and b of the type of data, such as 1 and 0 for a displacement. If there is no set 164, the numbers
-are taken to be in SI units. A label that contradicts the type of data or set 164 is refused, because either may be
-wrong by a factor of 1000 or more.
+where the exponents a and b depend on the type of data, for example 1 and 0 for a displacement. If there is no set 164,
+the numbers are taken to be in SI units. A label that contradicts the type of data or set 164 is refused, because either
+may be wrong by a factor of 1000 or more.
 
-Damping ratios of sets 55 are viscous, zeta, or half of a hysteretic loss factor, zeta = eta/2, which gives a resonance
-of the same height. Definitions of the sets: Structural Dynamics Research Laboratory, University of Cincinnati.
+The damping ratio zeta of a mode in a set 55 is viscous, or is half of a hysteretic loss factor, zeta = eta/2, which
+gives a resonance of the same height. Definitions of the sets: Structural Dynamics Research Laboratory, University of
+Cincinnati.
 """
 
 from __future__ import annotations
@@ -59,7 +61,7 @@ Set = Mapping[str, Any]
 
 
 def read_uff(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
-    """Return the frequency responses with coherence, or the modes, or the time record of a file.
+    """Return the frequency responses with coherence and the modes of a file, or its time record.
 
     Parameters
     ----------
@@ -72,7 +74,7 @@ def read_uff(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
     Raises
     ------
     ValueError
-        If the file cannot be read, pyuff is not installed, or a unit, direction or damping is not allowed.
+        If the file cannot be read, if pyuff is not installed, or if a unit, direction or damping is not allowed.
     """
     require_extra("measured", "a UFF file", "pyuff")
     try:
@@ -124,14 +126,14 @@ def _sets(path: Path) -> list[dict[str, Any]]:
 
 
 def _check_length(item: Set, number: int) -> None:
-    """Raise ValueError if a function in text form has more numbers than it announces; zeros may pad its last line."""
+    """Raise ValueError if a function in text form has more numbers than announced; only zeros may pad its last line."""
     n, data = int(item["num_pts"]), item["data"]
     if n < 0 or (not item["binary"] and (len(data) - n > MOST_FILLING or np.any(data[n:] != 0.0))):
         raise ValueError(f"set {number} announces {n} points but contains {len(data)}; it is damaged or incomplete")
 
 
 def _check_function(item: Set, number: int) -> None:
-    """Raise ValueError if the number or the format of a function's numbers differs from what it announces."""
+    """Raise ValueError if the count of a function's numbers is not as announced, or their format is not allowed."""
     if item["binary"] and (item["byte_ordering"] not in BYTE_ORDERS or item["fp_format"] != IEEE):
         raise ValueError(
             f"set {number} states byte order {item['byte_ordering']} and number format {item['fp_format']}; the byte "
@@ -150,7 +152,7 @@ def _check_function(item: Set, number: int) -> None:
 
 
 def _factors(item: Set) -> dict[str, float]:
-    """Return the factors of a set 164."""
+    """Return the factors of length and force in a set 164."""
     factors = {key: float(item[key]) for key in (LENGTH, FORCE)}
     if not all(np.isfinite(value) and value > 0.0 for value in factors.values()):
         raise ValueError(f"set 164 with the factors {factors} is not allowed; they must be > 0")
@@ -171,7 +173,7 @@ def _responses(functions: Sequence[Set], units: StatedUnits) -> tuple[FrequencyR
 
 
 def _by_ends(functions: Any) -> dict[tuple[Any, ...], list[Set]]:
-    """Return lists of functions by output and input, because a measurement may have been repeated."""
+    """Return the functions in lists, by output and input, because a measurement may have been repeated."""
     result: dict[tuple[Any, ...], list[Set]] = defaultdict(list)
     for item in functions:
         names = (str(item[f"{end}_ent_name"]).strip() for end in ("rsp", "ref"))
@@ -259,7 +261,7 @@ def _example(name: str) -> str:
 
 
 def _abscissa(item: Set, name: str, target: str, units: StatedUnits) -> Array:
-    """Return frequencies (Hz) or times (s), converted from the unit of the label or of the type of the abscissa."""
+    """Return frequencies (Hz) or times (s), converted from the unit that the label or type of the abscissa states."""
     kind, label = int(item["abscissa_spec_data_type"]), _label(item, "abscissa")
     by_type = ABSCISSAS[target].get(kind)
     if stated := units.of(name, ""):
@@ -328,7 +330,7 @@ def _modes(sets: Sequence[Set]) -> Modes | None:
 
 
 def _damping_ratio(item: Set) -> float:
-    """Return the damping ratio of a normal mode: viscous, or half of the hysteretic loss factor."""
+    """Return the damping ratio of a normal mode, which is viscous or is half of the hysteretic loss factor."""
     viscous, half = float(item["modal_damp_vis"]), 0.5 * float(item["modal_damp_his"])
     if viscous and half and abs(half - viscous) > SAME_DAMPING * abs(viscous):
         raise ValueError(

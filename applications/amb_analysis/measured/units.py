@@ -23,7 +23,7 @@ SINGLE = 1e-8  # relative difference of a number of single precision from its te
 
 @dataclass(frozen=True)
 class StatedUnits:
-    """Units that the user states, which replace the units in a file, by the names of its columns or channels."""
+    """Units that the user states, by the names of a file's columns or channels; they replace the units in the file."""
 
     units: Mapping[str, str] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
@@ -47,7 +47,7 @@ class StatedUnits:
 
 
 def factor_to(target: str, unit: str, name: str) -> float:
-    """Return the factor from a unit to another one, such as `Hz`.
+    """Return the factor that converts a unit to the unit `target`, such as `Hz`.
 
     Raises
     ------
@@ -90,8 +90,8 @@ def si_channel(name: str, unit: str) -> tuple[float, Channel]:
 def even_step(times: Array) -> float:
     """Return the step of evenly spaced times, in their unit.
 
-    It is the slope h of the straight line t_0 + k h through the times, by least squares. Times are evenly spaced if
-    they deviate from that line only by rounding: to decimals or digits, as in a file, or to single precision.
+    The step is the slope h of the straight line t_0 + k h that fits the times by least squares. Times are evenly spaced
+    if they deviate from this line only by rounding, either to decimals or digits, as in a file, or to single precision.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def even_step(times: Array) -> float:
 
 
 def _rounding(times: Array, most: float) -> float:
-    """Return the coarsest unit, up to `most`, to which all times are rounded; at least double precision."""
+    """Return the coarsest unit, up to `most`, to which all times are rounded; it is no finer than double precision."""
     largest = float(np.abs(times).max())
     units = [float(np.spacing(largest))]
     if (np.abs(times - times.astype(np.float32)) <= SINGLE * np.abs(times)).all():
@@ -130,7 +130,7 @@ def _rounding(times: Array, most: float) -> float:
 
 
 def split_quotient(unit: str, name: str) -> tuple[str, str]:
-    """Return the units of output and input from a response's unit, `m/N` or `(m/s2)/N`.
+    """Return the units of output and input from a response's unit, such as `m/N` or `(m/s2)/N`.
 
     Raises
     ------

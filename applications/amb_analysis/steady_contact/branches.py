@@ -13,10 +13,10 @@ MEETS = 0.9  # largest distance of the end states of two branches that meet in a
 
 
 def branches(states: StatesOfSet, n_speeds: int) -> list[list[int]]:
-    """Return the states of one unbalance as branches, lists of state numbers; branches that meet in a fold are joined.
+    """Return the branches of one unbalance as lists of state indices; branches that meet in a fold are joined.
 
-    States at neighbouring speeds are paired so that the sum of their distances is minimal. Branches that begin or end
-    close to each other between the same two speeds meet there.
+    States at neighbouring speeds are paired so that the sum of their distances is minimal. If two branches begin, or
+    end, close to each other between the same two speeds, they meet there.
     """
     states_at_speed = [np.flatnonzero(states.speed == k) for k in range(n_speeds)]
     closed: list[list[int]] = []
@@ -35,7 +35,7 @@ def branches(states: StatesOfSet, n_speeds: int) -> list[list[int]]:
 
 
 def _distance(a: int, b: int, states: StatesOfSet) -> float:
-    """Return the largest change, either the relative change of a force or the change of an angle (rad)."""
+    """Return the largest change between two states: the relative change of a force, or the change of an angle (rad)."""
     if not states.contact:
         return 0.0
     force = np.abs(np.log(states.N[a] / states.N[b])).max()
@@ -43,7 +43,7 @@ def _distance(a: int, b: int, states: StatesOfSet) -> float:
 
 
 def _matched(before: list[int], here: list[int], states: StatesOfSet) -> dict[int, int]:
-    """Return the continuation of each branch by its index."""
+    """Return the state that continues each branch, by the index of the branch."""
     if not before or not here:
         return {}
     cost: Array = np.array([[_distance(a, b, states) for b in here] for a in before])
@@ -52,7 +52,7 @@ def _matched(before: list[int], here: list[int], states: StatesOfSet) -> dict[in
 
 
 def _joined_ends(ended: list[list[int]], states: StatesOfSet) -> list[list[int]]:
-    """Join branches that end between the same two speeds where they meet."""
+    """Join branches that end between the same two speeds, if their last states are so close that they meet."""
     remaining, result = list(ended), []
     while remaining:
         branch = remaining.pop()
@@ -66,7 +66,7 @@ def _joined_ends(ended: list[list[int]], states: StatesOfSet) -> list[list[int]]
 
 
 def _joined_starts(ends_joined: list[list[int]], states: StatesOfSet) -> list[list[int]]:
-    """Join branches whose first states are neighbours at the speed at which both branches begin."""
+    """Join branches that begin at the same speed, if their first states are so close that they meet."""
     result = list(ends_joined)
     merged = True
     while merged:

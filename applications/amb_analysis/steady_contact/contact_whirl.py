@@ -1,12 +1,12 @@
-"""Forward whirl in contact that lasts long if damping is small, at a natural frequency near the spin speed.
+"""Forward whirl in contact at a natural frequency near the spin speed, which lasts long if damping is small.
 
-Without unbalance, and with journals side by side or opposite each other, p_j = 1 or -1, the contact forces are
+Without unbalance, and with journals on the same side (p_j = 1) or on opposite sides (p_j = -1), the contact forces are
 
     N_j + i L_j = -p_j sum_k E_jk(omega) c_k p_k,     E = R(omega)^-1                                 (1)
 
-at any omega for which all N_j > 0. They grow as omega approaches a natural frequency of the rotor pinned at these
-sites. L_j is the tangential force that damping requires. Only unbalance supplies it; without unbalance omega falls,
-though slowly if L is small compared with N. With friction, L_j + mu N_j is required.
+at any omega for which all N_j > 0. The forces grow as omega approaches a natural frequency of the rotor when it is
+pinned at these sites. L_j is the tangential force that damping requires. Only unbalance supplies this force. Without
+unbalance, omega falls, but it falls slowly if L is small compared with N. With friction, L_j + mu N_j is required.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ MAX_FORCE_RATIO = 0.1  # largest force that damping and friction may require, ov
 
 @dataclass(frozen=True, eq=False)
 class ContactWhirl:
-    """A whirl of one set of sites, over a range of contact forces.
+    """A whirl with one set of sites in contact, over a range of contact forces.
 
     contact, signs
-        The sites, and p of each.
+        The sites in contact, and p of each of them.
     frequencies
         Lowest and highest whirl frequency (rad/s).
     N
-        Normal forces (N) at these two frequencies, by site; None if they are unbounded.
+        Normal forces (N) at these two frequencies, by site; an unbounded force is None.
     """
 
     contact: tuple[str, ...]
@@ -51,14 +51,14 @@ class ContactWhirl:
 
 
 def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
-    """Return the long-lasting whirls (1) of single sites and of pairs near a spin speed (rad/s).
+    """Return the long-lasting whirls (1) near a spin speed (rad/s), with one or two sites in contact.
 
     A whirl lasts where its margin is positive. The margin is the minimum, over the sites j in contact and the other
     sites k, of
 
         (N_j/10 - |L_j + mu_j N_j|)/|N_j + i L_j|,    1 - |q_k|/c_k                               (2)
 
-    The maxima of the margin over frequency are refined; a whirl ends at the zeros of the margin.
+    The maxima of the margin as a function of frequency are refined. A whirl ends at zeros of the margin.
     """
     search = _Search(rotor, rotor.loop(Omega), rotor.mu(Omega))
     first = search.about_changes_of_sign(np.linspace(*NEAR, POINTS) * Omega)
@@ -76,7 +76,7 @@ def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """Forces and margins over frequency, for all sets of sites and signs of a rotor."""
+    """Forces and margins as functions of frequency, for all sets of sites and signs of a rotor."""
 
     rotor: RubbingRotor
     loop: ForwardLoop
@@ -85,24 +85,24 @@ class _Search:
 
     @cached_property
     def sets(self) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
-        """Sites in contact and p of each."""
+        """The sites in contact, and p of each site, for each set."""
         sites = range(len(self.rotor.sites))
         singles: list[tuple[tuple[int, ...], tuple[int, ...]]] = [((site,), (1,)) for site in sites]
         return [*singles, *((pair, (1, sign)) for pair in combinations(sites, 2) for sign in (1, -1))]
 
     def receptances(self, frequencies: Array) -> Complex:
-        """Return receptances, shape (n, all, all)."""
+        """Return the receptances at frequencies (rad/s), shape (n, n_sites, n_sites)."""
         for omega in map(float, frequencies):
             if omega not in self._receptances:
                 self._receptances[omega] = receptances(self.loop, omega).R
         return np.array([self._receptances[float(omega)] for omega in frequencies])
 
     def forces(self, number: int, frequencies: Array) -> Array:
-        """Return normal forces of a set (N), shape (n, m)."""
+        """Return the normal forces (N) of a set at frequencies (rad/s), shape (n, m)."""
         return np.asarray(contact_forces(self.receptances(frequencies), *self.sets[number], self.rotor.c)[0].real)
 
     def margins(self, frequencies: Array) -> Array:
-        """Return the margins (2), shape (n, sets)."""
+        """Return the margins (2) of all sets at frequencies (rad/s), shape (n, sets)."""
         R, c = self.receptances(frequencies), self.rotor.c
         result = []
         for contact, signs in self.sets:
@@ -113,7 +113,7 @@ class _Search:
         return np.stack(result, axis=1)
 
     def about_changes_of_sign(self, grid: Array) -> Array:
-        """Return frequencies, more densely where a force changes sign, because whirls of a narrow range begin there."""
+        """Return frequencies, denser where a force changes sign, because whirls over a narrow range begin there."""
         about = [grid]
         for number in range(len(self.sets)):
             forces = self.forces(number, grid)
@@ -124,10 +124,12 @@ class _Search:
         return np.asarray(result[(result >= grid[0]) & (result <= grid[-1])])
 
     def end(self, number: int, outward: Array) -> tuple[float, list[float | None]]:
-        """Return the end of a whirl, between two frequencies or at the last one, and its forces there (N).
+        """Return the frequency at which a whirl ends, and the forces there (N).
 
-        Where the margin jumps and the forces grow, a mode of the pinned rotor has no damping, so the forces are
-        unbounded.
+        The end is between the first two frequencies, or at the only one.
+
+        If the margin jumps and the forces grow towards the end, a mode of the pinned rotor has no damping, so the
+        forces are unbounded.
         """
         if len(outward) == 1:
             return float(outward[0]), [float(N) for N in self.forces(number, outward)[0]]
@@ -148,7 +150,7 @@ class _Search:
 
 
 def contact_forces(R: Complex, contact: Sequence[int], signs: Sequence[int], c: Array) -> tuple[Complex, Complex]:
-    """Return N + i L (N) of the sites in contact, shape (n, m), and the motion of all sites (m), from receptances R."""
+    """Return N + i L (N) at the sites in contact, shape (n, m), and the motion (m) at all sites, from receptances R."""
     at, p = list(contact), np.array(signs, dtype=float)
     E = np.linalg.inv(R[:, at][:, :, at])
     force = E @ (c[at] * p)

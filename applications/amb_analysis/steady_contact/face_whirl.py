@@ -1,17 +1,15 @@
-"""Whirl of a rotor that rests on a face and has no other support: how fast friction makes it grow.
+"""Growth, due to friction, of the whirl of a rotor that rests on a face and has no other support.
 
 The forces of a whole ring that spins fast against its seat are linear in the tilt u of the shaft there and in the
-velocity v of the face, both written as complex numbers x + i y. With k_t = k R^2/2, d_t = d R^2/2, n = 1 if the seat
-pushes the rotor to larger z, else -1, and the slip omega of the ring
+velocity v of the face, both written as complex numbers x + i y. Let k_t = k R^2/2 and d_t = d R^2/2. Let n be 1 if the
+seat pushes the rotor towards larger z, and -1 otherwise. At the slip speed omega of the ring,
 
     moment  -k_t u - d_t u' - n N h u,    force  -i n mu sgn(omega) (k_t u + d_t u')/R - mu N v/(2 |omega| R)     (1)
 
 act on the shaft (`rotor_contact.contact.faces`). The growth is the largest real part of the poles. If the face turns a
-race, slip and drive end after
+race, and friction overcomes the drag M of the balls of the race, slip and drive end after
 
     t = J_r |omega|/(mu N R - M)                                                                                  (2)
-
-if friction overcomes the drag M of its balls.
 """
 
 from __future__ import annotations
@@ -51,11 +49,13 @@ class StandingRotor:
     """A rotor with unpowered bearings that rests on a face at a spin speed.
 
     A, mass
-        Its state matrix without contact, for (q, v) along x and y, shape (2 n, 2 n), and its mass (kg).
+        State matrix of the rotor without contact, for (q, v) along x and y, shape (2 n, 2 n), and mass of the rotor
+        (kg).
     rows
-        x, y, x', y' at the face from q, then the accelerations due to unit forces and moments, shape (8, n).
+        Rows that give x, y and the slopes x', y' of the shaft at the face from q, then rows of accelerations due to
+        unit forces and moments, shape (8, n).
     side, height
-        n of (1); height of the face above the centre of mass (m).
+        n of (1), and height of the face above the centre of mass (m).
     stiffness, restitution, radius
         k (N/m), coefficient of restitution, and R (m).
     slip, load
@@ -78,11 +78,11 @@ class StandingRotor:
     race_drag: float
 
     def whirl(self, mu: float, stiffer: float = 1.0) -> FaceWhirl:
-        """Return the whirl for a friction coefficient, on a face with `stiffer` times its stiffness."""
+        """Return the whirl at a friction coefficient, with `stiffer` times the stiffness of the face."""
         return FaceWhirl(self._growth(mu, stiffer), self._follows_after(mu))
 
     def least_driving(self, stiffer: float = 1.0) -> float:
-        """Return the smallest friction coefficient that drives whirl (`whirl`), or `MOST` if none up to `MOST` does."""
+        """Return the smallest friction coefficient that drives the whirl, or `MOST` if none up to `MOST` drives it."""
         tried = np.linspace(0.0, MOST, STEPS + 1)[1:]
         driven = next((k for k, mu in enumerate(tried) if self.whirl(float(mu), stiffer).is_driven), None)
         if driven is None:
@@ -116,9 +116,9 @@ class StandingRotor:
 
 
 def standing_rotor(source: LinearSource, face: int, Omega: float, load: float) -> StandingRotor:
-    """Return a rotor that rests on the face with this number at a spin speed (rad/s), under a load (N).
+    """Return a rotor that rests with a load (N) on the face of index `face`, at a spin speed (rad/s).
 
-    The seat of the face is at rest, and the mounts are rigid. The speed must not be 0.
+    The seat of the face is assumed to be at rest, and the mounts are assumed to be rigid. The speed must not be 0.
     """
     at_speed = source.at(Omega)
     (plant,), p, layout = at_speed.parts([PLANT]), source.parameters(PLANT), source.layout(PLANT)

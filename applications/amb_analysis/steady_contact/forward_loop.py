@@ -1,12 +1,12 @@
 """The loop of a levitated rotor for forward motion with contact forces, in a complex form of half the size.
 
 With z = x + i y for each pair of coordinates, an isotropic loop obeys one complex equation. For the real matrix [[xx,
-xy], [yx, yy]] of a pair
+xy], [yx, yy]] of a pair,
 
     forward  = ((xx + yy) + i (yx - xy))/2,      mixing  = ((xx - yy) + i (yx + xy))/2                (1)
 
-`forward` acts on z, and `mixing` acts on its conjugate. `mixing` vanishes in an isotropic loop and is neglected in
-others.
+`forward` acts on z, and `mixing` acts on its conjugate. `mixing` vanishes in an isotropic loop and is neglected in an
+anisotropic one.
 
     forces at sites F, unbalance ---> rotor, magnets, amplifiers ---> q at sites, readings y
                                          ^ currents held over a sample (x late)      |
@@ -57,13 +57,13 @@ class ComplexLaw:
 
 @dataclass(frozen=True, eq=False)
 class ForwardLoop:
-    """The loop at one speed.
+    """The loop of forward motion at one speed.
 
     Omega
         Spin speed (rad/s).
     plant
-        Continuous part. Inputs: forces at the sites, forces at the places of unbalance, and delayed currents. Outputs:
-        displacements at the sites, and readings.
+        Continuous part. Its inputs are the forces at the sites, the forces at the places of unbalance, and the delayed
+        currents. Its outputs are the displacements at the sites, and the readings.
     controller
         Sampled part, from readings to currents; None if there is no controller.
     sample_time
@@ -73,7 +73,7 @@ class ForwardLoop:
     sites, unbalances, currents
         Names of the sites, of the places of unbalance, and of the bearings.
     notes
-        Sentences on effects that the linear model neglects.
+        Sentences about effects that the linear model neglects.
     """
 
     Omega: float
@@ -88,7 +88,7 @@ class ForwardLoop:
 
     @property
     def columns(self) -> tuple[slice, slice, slice]:
-        """Input columns of the plant: sites, unbalances, currents."""
+        """Input columns of the plant for the sites, the unbalances and the currents."""
         m, d, b = len(self.sites), len(self.unbalances), len(self.currents)
         return slice(0, m), slice(m, m + d), slice(m + d, m + d + b)
 
@@ -143,7 +143,7 @@ def forward_rotor(source: LinearSource, Omega: float, sites: Sequence[str]) -> C
 
 
 def with_contact_forces(part: LinearComponent, layout: Mapping[str, Any], constants: Array) -> LinearComponent:
-    """Return the linear part for a rotor, with additional inputs for forces (N) at its sites."""
+    """Return the linear part of a rotor with additional inputs for forces (N) at its sites."""
     s = structure_of(constants)
     n = len(s.K)
     rows = [int(row) + k for row in s.sites for k in (0, 1)]
@@ -170,7 +170,7 @@ def _pair(component: str, variable: str) -> Pair:
 
 
 def flat(pairs: Sequence[Pair]) -> list[str]:
-    """Return the names of all x-y pairs, x first."""
+    """Return the names in all pairs, with x before y in each pair."""
     return [name for pair in pairs for name in pair]
 
 
@@ -188,7 +188,7 @@ def _reading_pairs(layout: Mapping[str, Any], bearings: Sequence[str], sites: Se
 
 
 def parts_in_contact(source: LinearSource, names: Sequence[str]) -> tuple[list[LinearComponent], dict[str, str]]:
-    """Return the parts of a run and their connections; the rotor has inputs for forces at its sites."""
+    """Return the parts of a run and their connections; the rotor has additional inputs for forces at its sites."""
     layout, constants = source.layout(PLANT), source.constants(PLANT)
     rotor = rotor_component(PLANT, layout, constants, source.parameters(PLANT), source.point["Omega"])
     others = {name: source.parts([name])[0] for name in names if name != PLANT}
@@ -197,9 +197,9 @@ def parts_in_contact(source: LinearSource, names: Sequence[str]) -> tuple[list[L
 
 
 def mixing(source: LinearSource, Omega: float, sites: Sequence[str]) -> float:
-    """Return the anisotropy of a loop: the largest ratio (1) of backward to forward receptance at the sites.
+    """Return the anisotropy of a loop: the largest backward receptance at the sites over the largest forward one (1).
 
-    It is 0 in an isotropic loop, where synchronous orbits are circles.
+    The anisotropy is 0 in an isotropic loop, where synchronous orbits are circles.
     """
     at = source.at(Omega)
     whole = loop_of(*parts_in_contact(at, at.names))
@@ -224,7 +224,8 @@ def _forward_control(
 ) -> ComplexLaw:
     """Return a minimal realisation of a controller for forward motion.
 
-    With y = w (1, -i) and u = (1, i) . (u_x, u_y)/2 the response is (1) of the real controller in any state basis.
+    With y = w (1, -i) and u = (1, i) . (u_x, u_y)/2, the response from w to u is `forward` (1) of the real controller's
+    response, in any state basis.
     """
     law, row = control.law, {name: k for k, name in enumerate(control.outputs)}
     S = np.zeros((len(control.inputs), 2 * len(read)))  # currents over readings
@@ -245,8 +246,8 @@ def _forward_control(
 def minimal(law: ComplexLaw) -> ComplexLaw:
     """Return the controllable and observable part of a law, by the staircase algorithm.
 
-    P. van Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129. States are balanced first: a delayed controller
-    holds readings (m) and currents (A), which differ by a factor of 1e6.
+    P. van Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129. States are balanced first, because a delayed
+    controller holds readings (m) and currents (A), which differ by a factor of 1e6.
     """
     law = _balanced(law)
     controllable = _reachable(law.A, law.B)
@@ -256,7 +257,7 @@ def minimal(law: ComplexLaw) -> ComplexLaw:
 
 
 def _balanced(law: ComplexLaw) -> ComplexLaw:
-    """Return a law with scaled states, so that each state has equal input and output gains."""
+    """Return a law with its states scaled so that each state has equal input and output gains."""
     n, (rows, columns) = len(law.A), law.D.shape
     gains = np.block([[np.abs(law.A), np.abs(law.B)], [np.abs(law.C), np.zeros((rows, columns))]])
     square = np.zeros((max(gains.shape),) * 2)

@@ -1,21 +1,21 @@
 """The smallest synchronous control force that frees a trapped rotor.
 
-Currents I, added to the controller's, move the contact-free orbit to r = r_0 + S I. A state with one site in contact
-exists only if |r| is at least b (from the discriminant of the quadratic in `synchronous_states`),
+Currents I that are added to the currents of the controller move the contact-free orbit to r = r_0 + S I. A state with
+one site in contact exists only if |r| is at least b (from the discriminant of the quadratic in `synchronous_states`),
 
     b = c |sin arg rho| if Re rho < 0,   b = c otherwise                                              (1)
 
-so |r_k + S_k I| <= s b_k at all sites, with s = 1, excludes such states. States of several sites are computed, and s is
-lowered until none exists; then only the contact-free orbit remains. Of all such currents, those with the smallest
-maximum are the solution of a convex problem:
+so the condition |r_k + S_k I| <= s b_k at all sites, with s = 1, excludes such states. States with several sites in
+contact are computed, and s is lowered until no such state exists. Then only the contact-free orbit remains. Of all
+currents that satisfy the condition, those with the smallest maximum are the solution of a convex problem:
 
     minimise t,  |I_b| <= t,  |r_k + S_k I| <= s b_k                                                  (2)
 
-(2) excludes more than necessary: a state of one site also does not exist where the rotor would penetrate another site,
-and the orbits need not shrink by the same factor. The currents that leave no state in contact do not form a convex set.
-The solution of (2) belongs to this set. From there, all directions I/t in which such currents may be smaller are
-searched, first everywhere and then ever more closely around the best one. The result leaves no state in contact, and is
-the smallest that the search finds.
+(2) excludes more than necessary, because a state with one site in contact also does not exist if the rotor would
+penetrate another site. Moreover, the orbits need not shrink by the same factor. The currents that leave no state in
+contact do not form a convex set. The solution of (2) belongs to this set. Starting from it, a search tries directions
+I/t in which such currents may be smaller, first all directions and then directions ever closer to the best one. The
+result leaves no state in contact, and is the smallest that the search finds.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Freeing:
 def smallest_freeing(rotor: RubbingRotor, Omega: float) -> Freeing | None:
     """Return the smallest injected currents that free a rotor at a speed (rad/s); None if there are none.
 
-    They are zero if the rotor has a stable contact-free orbit and no state in contact.
+    The currents are zero if the rotor has a stable contact-free orbit and no state in contact.
     """
     n = len(rotor.loop(Omega).currents)
     if _is_free(rotor, Omega, np.zeros(n, dtype=complex)):
@@ -103,7 +103,10 @@ def _smallest(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex
 def _any_free(
     rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex, are_free: Callable[[Complex], Bools]
 ) -> Complex | None:
-    """Return a free J near the J of the smallest orbits, or None: with more sites than magnets, (2) may have none."""
+    """Return a free J near the J with the smallest orbits, or None.
+
+    This J is needed if (2) has no solution, as may happen with more sites than magnets.
+    """
     at = rotor.receptances(Omega)
     r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
     centre = np.linalg.lstsq(at.S @ basis / rotor.c[:, None], -r / rotor.c, rcond=None)[0]
@@ -115,7 +118,7 @@ def _any_free(
 
 
 def _sufficient(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex) -> Complex | None:
-    """Return J of the freeing currents of (2) with the largest s; None if the orbits cannot be that small."""
+    """Return the J of (2) that frees the rotor with the largest s; None if the orbits cannot be that small."""
     at, mu = rotor.receptances(Omega), rotor.mu(Omega)
     r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
     limits = trap_limits(at.R, mu, rotor.c) * (1.0 - MARGIN)
@@ -138,14 +141,14 @@ def _sufficient(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Compl
 
 
 def _searched(start: Complex, are_free: Callable[[Complex], Bools]) -> Complex:
-    """Return the point with the smallest maximum component that a search finds among the free ones.
+    """Return the point with the smallest maximum component that a search finds among the free points.
 
     Parameters
     ----------
     start
         A free point, shape (n,).
     are_free
-        Function that says which of some points, shape (k, n), are free.
+        Function that returns which of the given points, shape (k, n), are free.
     """
     if not start.any():
         return start
@@ -171,12 +174,12 @@ def _searched(start: Complex, are_free: Callable[[Complex], Bools]) -> Complex:
 
 
 def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
-    """Return whether, with injected currents, the contact-free orbit is the only state."""
+    """Return whether the contact-free orbit is the only state with the given injected currents."""
     return bool(_are_free(rotor, Omega, added[None])[0])
 
 
 def _are_free(rotor: RubbingRotor, Omega: float, added: Complex) -> Bools:
-    """Return for each of some injected currents, shape (n, bearings), whether the contact-free orbit is the only state.
+    """Return whether the contact-free orbit is the only state, for each set of injected currents, shape (n, bearings).
 
     Sets of more sites are tried last, and only with the remaining currents, because their states take longer to
     compute.
@@ -200,13 +203,13 @@ def _freeing(rotor: RubbingRotor, Omega: float, added: Complex) -> Freeing:
 
 
 def trap_limits(R: Complex, mu: Array, c: Array) -> Array:
-    """Return the orbit (m) of each site below which there is no state with only this site in contact (1)."""
+    """Return the orbit (m) at each site below which no state exists with only this site in contact (1)."""
     rho = np.diagonal(R) * (1.0 + 1j * mu)
     return np.where(rho.real < 0.0, c * np.abs(rho.imag) / np.abs(rho), c)
 
 
 def _smallest_currents(r: Complex, S: Complex, limits: Array) -> Complex | None:
-    """Return the currents of (2), a second-order cone problem; None if it is infeasible.
+    """Return the currents that solve (2), which is a second-order cone problem; None if it is infeasible.
 
     Currents are scaled by the currents that cancel the orbit, and orbits by their limits.
     """

@@ -1,15 +1,15 @@
-"""All complex solutions of the equations of three or more sites in contact, by homotopy continuation.
+"""All complex solutions of the equations for three or more sites in contact, by homotopy continuation.
 
     conj(p_j) (s_j - sum_k e_jk p_k)  real,  |p_j| = 1
 
-If conj(p) is written as P, these are 2 m equations, linear in p and linear in P:
+If conj(p) is written as P, these become 2 m equations that are linear in p and linear in P:
 
     P_j (s_j - e_j p) - p_j (conj(s_j) - conj(e_j) P) = 0,      p_j P_j - 1 = 0                      (1)
 
-A start system of products l_i(p) l'_i(P) of random linear forms has C(2 m, m) solutions: in m of the equations the form
-in p is zero, and in the others the form in P is zero. Along (1 - t) gamma start + t target, each path ends at a
-solution of (1); for almost all gamma no paths meet (A. J. Sommese and C. W. Wampler, The Numerical Solution of Systems
-of Polynomials, 2005, ch. 8).
+A start system of products l_i(p) l'_i(P) of random linear forms has C(2 m, m) solutions, because in m of the equations
+the form in p is zero, and in the others the form in P is zero. Along (1 - t) gamma start + t target, each path ends at
+a solution of (1); for almost all gamma, no two paths meet (A. J. Sommese and C. W. Wampler, The Numerical Solution of
+Systems of Polynomials, 2005, ch. 8).
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ def solve_by_paths(e: Complex, s: Complex) -> Complex:
     Parameters
     ----------
     e
-        Shape (n, m, m).
+        Coefficients e_jk at each point, shape (n, m, m).
     s
-        Shape (n, m).
+        Values s_j at each point, shape (n, m).
     """
     n, m = s.shape
     size = np.abs(e).sum(axis=2) + np.abs(s)
@@ -56,7 +56,7 @@ def solve_by_paths(e: Complex, s: Complex) -> Complex:
 
 
 def _start(m: int) -> tuple[tuple[Complex, Complex], Complex]:
-    """Return the linear forms of the start system, coefficients and constant, and its solutions (p, P)."""
+    """Return the coefficients and constants of the linear forms of the start system, and its solutions (p, P)."""
     random = np.random.default_rng(5)
     forms_p, forms_P = np.exp(2j * np.pi * random.random((2, 2 * m, m + 1)))
     result = []

@@ -4,13 +4,14 @@ Forces F exp(i Omega t) at the sites, unbalance u, and currents I injected at th
 
     q = R F + P u Omega^2 + S I,      i = R_i F + P_i u Omega^2 + S_i I                               (1)
 
-q at the sites (m), i the demanded currents (A). G(i Omega) is the plant's response to a force. The samples are exactly
-y = G_y F + H_y i, with z = exp(i Omega T), and the held current moves the sites by its first harmonic,
+where q are the displacements at the sites (m), and i are the demanded currents (A). G(i Omega) is the plant's response
+to a force. The samples are exactly y = G_y F + H_y i, with z = exp(i Omega T), and the held current moves the sites by
+its first harmonic,
 
     H_q = G_q(i Omega) exp(-i Omega f T) (1 - exp(-i Omega T))/(i Omega T)                            (2)
 
-with the delay f as a fraction of a sample. The harmonics of the held current, at Omega plus multiples of the sampling
-frequency, change a contact force within a sample but not its mean.
+where f is the delay as a fraction of a sample. The harmonics of the held current, at Omega plus multiples of the
+sampling frequency, change a contact force within a sample but not its mean.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class Receptances:
 
 
 def receptances(loop: ForwardLoop, whirl: float | None = None) -> Receptances:
-    """Return the receptances at a whirl frequency (rad/s), negative for backward whirl; the spin speed by default.
+    """Return the receptances at a whirl frequency (rad/s), negative for backward whirl; by default at the spin speed.
 
     Raises
     ------

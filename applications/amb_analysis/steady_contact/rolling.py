@@ -2,15 +2,15 @@
 
     omega = -Omega R_s/c,    N_j (1 + i t_j) = -conj(p_j) sum_k E_jk c_k p_k,    |t_j| <= mu_j        (1)
 
-with E = R(omega)^-1 of the rolling sites, p_j = exp(i psi_j), and no unbalance. Only sites with equal R_s/c roll
-together. The angle between two of them is then free. Therefore N_j (1 + i t_j) lies on a circle, and the journal at
-another site s stays within a distance:
+where E = R(omega)^-1 for the rolling sites, p_j = exp(i psi_j), and there is no unbalance. Only sites with equal R_s/c
+roll together. The angle between two of them is then free. Therefore N_j (1 + i t_j) lies on a circle, and the distance
+of the journal at another site s from its centre is bounded:
 
     |N_j (1 + i t_j) - a_j| = b_j,    a_j = -c_j E_jj,    b_j = c_k |E_jk|                           (2)
     max |t_j| = max |tan(arg a_j +- arcsin(b_j/|a_j|))|,    max |q_s| = sum_k |(R_s E)_k| c_k        (3)
 
-The equations do not determine whether a rotor reaches this state: friction accelerates a backward whirl that is faster
-than the unstable whirls of `whirl`.
+The equations do not determine whether a rotor reaches this state. It may do so after a disturbance, because friction
+accelerates a backward whirl that is faster than the unstable whirls of `whirl`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Rolling:
     """Rolling without slip at sites, after a disturbance that makes the journals whirl backward fast enough.
 
     contact, frequency
-        One or two sites, and the whirl frequency (rad/s), negative.
+        One or two sites, and the whirl frequency (rad/s), which is negative.
     N, swing
         Normal force at each site (N): its mean over the angle between the sites, and its largest deviation from the
         mean.
@@ -65,7 +65,7 @@ class Rolling:
 
 
 def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
-    """Return the rolling states (1) of single sites and pairs at a spin speed (rad/s), for any friction."""
+    """Return the rolling states (1) of single sites and of pairs at a spin speed (rad/s), whatever their friction."""
     ratio = np.array([site.journal_radius for site in rotor.records]) / rotor.c
     result = []
     for contact in all_sets(len(rotor.sites), 2)[1:]:

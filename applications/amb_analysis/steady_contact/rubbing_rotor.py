@@ -39,7 +39,7 @@ class RubbingRotor:
     unbalance
         Complex unbalance (kg m) at each place, shape (n_places,).
     notes
-        Sentences on the approximations.
+        Sentences about the approximations.
     """
 
     machine: Machine
@@ -86,7 +86,7 @@ class RubbingRotor:
     def mu(self, Omega: float, whirl: float | None = None) -> Array:
         """Return the friction coefficient mu(v) of each site by the law of `rotor_contact.contact.friction`.
 
-        v = Omega R_s + omega c     (4.10) of a journal that whirls on its circle
+        The slip velocity of a journal that whirls on its circle is v = Omega R_s + omega c (4.10).
 
         Parameters
         ----------
@@ -98,7 +98,7 @@ class RubbingRotor:
         return np.array([kinetic_coefficient(site, _slip(site, Omega, whirl)) for site in self.records])
 
     def mu_slope(self, Omega: float, whirl: float | None = None) -> Array:
-        """Return the slope d mu/d v (s/m) of the friction coefficient, from its central difference over `SLIP_STEP`."""
+        """Return the slope d mu/d v (s/m) of the friction coefficient, from a central difference over `SLIP_STEP`."""
         slopes = np.zeros(len(self.records))
         for k, site in enumerate(self.records):
             slip = _slip(site, Omega, whirl)
@@ -139,7 +139,7 @@ def rubbing_rotor(prepared: ScenarioPlan) -> RubbingRotor:
 
 
 def _record(p: Mapping[str, float], name: str) -> Site:
-    """Return the record of a site with its parameters."""
+    """Return the parameters of a site as a record."""
     site: Site = np.zeros(1, SITE)[0]
     for field_name in SITE_PARAMETERS.names or ():
         site[field_name] = p[f"{name}.{field_name}"]

@@ -7,11 +7,11 @@ friction
     f_n = -lambda,     f_t = -mu lambda - (1 + mu^2) (N/c) b - mu'(v) N b'                           (1)
 
 The normal force on the circle acts as a spring of stiffness N/c, and lambda follows from a'' = 0. mu'(v) is the slope
-of friction over the slip velocity. Because b' adds to the slip velocity, friction that decreases with slip drives this
-motion.
+of the friction coefficient with respect to the slip velocity. Because b' adds to the slip velocity, friction that
+decreases with slip drives this motion.
 
-Motion is x' = (A - i Omega) x; held currents turn with -i Omega. Over one sample, rotor and control obey x(n+1) = M
-x(n), and s = ln(z)/T with the eigenvalues z of M. This is exact for an isotropic loop.
+The motion obeys x' = (A - i Omega) x, and held currents turn with -i Omega. Over one sample, the rotor and its control
+obey x(n+1) = M x(n). The eigenvalues z of M give s = ln(z)/T. This is exact for an isotropic loop.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class SmallMotion:
         Whirl frequency (rad/s) of the least damped vibration in the fixed frame; negative for backward whirl. It equals
         the spin speed if the motion diverges without whirling.
     damping
-        Its damping ratio -Re s/|s + i Omega| (1).
+        Damping ratio -Re s/|s + i Omega| (1) of this vibration.
     rates, frequencies
         Rates of all vibrations (1/s) and their whirl frequencies (rad/s), least damped first.
     """
@@ -60,7 +60,7 @@ class SmallMotion:
         return self.growth < STABLE * max(abs(self.frequency), 1.0)
 
     def settles(self, Omega: float) -> bool:
-        """Return whether vibrations at a speed (rad/s) fall to 1/e within `TURNS` turns; slower ones persist."""
+        """Return whether vibrations at a speed (rad/s) fall to 1/e within `TURNS` turns; otherwise they persist."""
         return self.growth < slowest_decay(Omega)
 
 
@@ -73,14 +73,15 @@ class Dynamics:
     """Small motion about states of one loop; the parts common to all states are computed once."""
 
     def __init__(self, loop: ForwardLoop, c: Array, mu: Array, mu_slope: Array, frame: float | None = None) -> None:
-        """Prepare the loop in axes that turn with `frame` (rad/s), the spin speed by default.
+        """Prepare the loop in axes that turn with `frame` (rad/s), which is the spin speed by default.
 
         Parameters
         ----------
         loop
             The loop of forward motion.
         c, mu, mu_slope
-            Clearance (m), friction coefficient (1), and slope of friction over the slip velocity (s/m), for each site.
+            Clearance (m), friction coefficient (1), and slope of the friction coefficient with respect to the slip
+            velocity (s/m), for each site.
         frame
             Whirl frequency of the states (rad/s).
         """
@@ -99,7 +100,7 @@ class Dynamics:
             self.K_A, self.K_B, self.K_C, self.K_D = _real(k.A * back), _real(k.B * back), _real(k.C), _real(k.D)
 
     def about(self, contact: tuple[int, ...], N: Array, psi: Array) -> SmallMotion:
-        """Return the vibrations about a state, with N (N) and psi (rad) of the sites in contact."""
+        """Return the vibrations about a state, given N (N) and psi (rad) of the sites in contact."""
         A, B, basis = self._constrained(contact, N, psi)
         T = self._sample_time
         values, vectors = np.linalg.eig(A if T is None else self._sampled(A, B, basis, T))
@@ -114,9 +115,9 @@ class Dynamics:
     def grows_below(self, limit: float, contact: tuple[int, ...], N: Array, psi: Array) -> bool:
         """Return whether the `growth` about a state is below a limit (1/s) that is not positive.
 
-        If det(1 - M), or det(-A) without sampling, is negative, an odd number of real eigenvalues grow. The other
-        eigenvalues need not be computed then. Saddles are such states, for example one of two states that meet in a
-        fold.
+        If det(1 - M), or det(-A) without sampling, is negative, an odd number of real eigenvalues grow. In this case,
+        the eigenvalues need not be computed. Saddles are such states; for example, one of two states that meet in a
+        fold is a saddle.
         """
         M = self._transition(contact, N, psi)
         identity = 0.0 if self._sample_time is None else np.eye(len(M))
@@ -128,7 +129,7 @@ class Dynamics:
         return self.growth((), np.zeros(0), np.zeros(0))
 
     def _transition(self, contact: tuple[int, ...], N: Array, psi: Array) -> Array:
-        """Return M of a sample about a state, or A if there is no sampled controller."""
+        """Return the matrix M of one sample about a state, or A if there is no sampled controller."""
         A, B, basis = self._constrained(contact, N, psi)
         T = self._sample_time
         return A if T is None else self._sampled(A, B, basis, T)
@@ -162,9 +163,9 @@ class Dynamics:
         return basis.T @ reaction @ A @ basis, basis.T @ reaction @ self.B_currents, basis
 
     def _sampled(self, A: Array, B: Array, basis: Array, T: float) -> Array:
-        """Return M of a sample; the states are those of the rotor and the controller, and the delayed currents.
+        """Return the matrix M of one sample; its states are those of rotor and controller, and the delayed currents.
 
-        In rotating axes a held current turns backward, as do the controller's states.
+        In rotating axes, a held current turns backward, and so do the controller's states.
         """
         C, K_A, K_B, K_C, K_D = self.C_readings @ basis, self.K_A, self.K_B, self.K_C, self.K_D
         b, r = B.shape[1], len(K_A)
@@ -181,7 +182,7 @@ class Dynamics:
         )
 
     def _steps(self, A: Array, B: Array, T: float) -> tuple[Array, Array, Array]:
-        """Return Phi and the input matrices of the currents of this and the previous sample, in axes at the sample."""
+        """Return Phi and the input matrices for the currents of this and the previous sample, in axes at the sample."""
         Phi, now = self._turning(A, B, T)
         before = np.zeros_like(B)
         for f in sorted({float(f) for f in self.loop.late if f > 0.0}):
@@ -202,7 +203,7 @@ class Dynamics:
         return transition[:n, :n], transition[:n, n:]
 
     def _sorted(self, s: Complex, vectors: Complex) -> SmallMotion:
-        """Return vibrations sorted by growth: v1 + i v2 whirls with Omega + Im s, the conjugate with Omega - Im s."""
+        """Return vibrations sorted by growth: v1 + i v2 whirls with Omega + Im s, its conjugate with Omega - Im s."""
         half, Omega = self.n // 2, self.frame
         nonnegative = s.imag >= 0.0
         s, vectors = s[nonnegative], vectors[:, nonnegative]

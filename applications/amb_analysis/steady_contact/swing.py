@@ -1,8 +1,8 @@
 """Swing: the smallest friction that carries falling journals over the top of the retainers, into backward whirl.
 
-Journals fall by h c from where they levitate to the lowest point; h = 1 if they levitate at the centre of the
-retainers. In the worst case, all of their speed becomes motion along the circle, against the spin. Friction then drives
-them up the other side, against weight and damping. With the angle theta from the lowest point and u = theta'^2
+Journals fall by h c from their levitated position to the lowest point, where h = 1 if they levitate at the centre of
+the retainers. In the worst case, all of their speed becomes motion along the circle, against the spin. Friction then
+drives them up the other side, against weight and damping. With the angle theta from the lowest point and u = theta'^2,
 
     (M c/2) du/dtheta = mu (N + W cos theta) - W sin theta - L,    u(0) = 2 g h/c - h^2 k/M             (1)
     N + i L = sum_j c_j (-E c)_j/c,    E = (R + H)^-1,    M = (N + k c)/(c omega^2)                     (2)
@@ -10,17 +10,18 @@ them up the other side, against weight and damping. With the angle theta from th
 where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H are the
 receptances of `unpowered`, and c is the mean clearance. k = -N(0)/c is the stiffness of seals, which the fall deflects
 by h c. M is evaluated at sqrt(g/c). The journals whirl if u and N + W cos theta are positive up to the top, theta = pi.
-Two journals are assumed to swing side by side, as they fall. If they were on opposite sides, gyroscopic moments would
-make N large, but a fall would give them neither this speed nor this effect of weight. Races are assumed at rest; a
-turning race reduces friction.
+Two journals are assumed to swing side by side, because they also fall side by side. If they were on opposite sides,
+gyroscopic moments would make N large, but a fall would give them neither this speed nor this effect of weight. Races
+are assumed to be at rest, although a turning race would reduce friction.
 
-A rigid rotor in rigid retainers, N = m c u and L = 0, has a closed form: N + W cos theta at the top is W (2 (h (1 + 4
-mu^2) - 1 + 2 mu^2) exp(2 pi mu) - 3)/(1 + 4 mu^2), so that it whirls after a fall from the centre if
+For a rigid rotor in rigid retainers, N = m c u and L = 0, and (1) has a closed-form solution. At the top, N + W cos
+theta is W (2 (h (1 + 4 mu^2) - 1 + 2 mu^2) exp(2 pi mu) - 3)/(1 + 4 mu^2). The rotor therefore whirls after a fall from
+the centre if
 
     12 mu^2 exp(2 pi mu) > 3,    mu > 0.2373                                                            (3)
 
-for any mass, clearance and speed. Bounces and bending make the outcomes of landings scatter: in simulations, some
-rotors whirl by chance with less friction than (1) requires, but none with less than half of it.
+for any mass, clearance and speed. Bounces and bending make the outcomes of landings scatter. In simulations, some
+rotors whirl by chance with less friction than (1) requires, but none whirls with less than half of this friction.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class WhirlForces:
     omega, N, L
         Whirl frequencies (rad/s), ascending, and the forces (N), shape (n,).
     k
-        Stiffness (N/m) that pulls journals that do not whirl towards the centre.
+        Stiffness (N/m) that pulls journals towards the centre while they do not whirl.
     """
 
     c: float
@@ -59,7 +60,7 @@ class WhirlForces:
     k: float = 0.0
 
     def at(self, u: Array) -> tuple[Array, Array]:
-        """Return both forces at squared frequencies (rad^2/s^2)."""
+        """Return N and L at squared frequencies (rad^2/s^2)."""
         omega = np.sqrt(np.maximum(u, 0.0))
         return np.interp(omega, self.omega, self.N), np.interp(omega, self.omega, self.L)
 
@@ -67,7 +68,7 @@ class WhirlForces:
 def whirl_forces(
     relative: Callable[[float], Complex], at: Sequence[int], c: Array, g: float, *, held: bool = False
 ) -> WhirlForces:
-    """Return the forces (2) of journals that whirl together, at frequencies around that of a pendulum, sqrt(g/c).
+    """Return the forces (2) of journals that whirl together, at frequencies around the pendulum frequency sqrt(g/c).
 
     Parameters
     ----------

@@ -1,14 +1,15 @@
 """A rotor under converged synchronous control: the steady currents that minimise its readings.
 
-Synchronous control such as ROLAC adapts I' = alpha H y until H y = 0, H = -(Y^H W Y)^-1 Y^H W, where Y is the
-receptance of its readings to injected currents. With y = Y_F F + Y_u u Omega^2 + Y I it converges to
+Synchronous control such as ROLAC adapts its currents by I' = alpha H y until H y = 0. Here, H = -(Y^H W Y)^-1 Y^H W,
+and Y is the receptance from injected currents to the readings y. With y = Y_F F + Y_u u Omega^2 + Y I, the control
+converges to
 
     I = H (Y_F F + Y_u u Omega^2)                                                                     (1)
 
-This control therefore changes only the rotor's receptances, and the states are computed in the same way. About a state
-in contact the readings respond by dy = J dI, with the real Jacobian J under the constraints. The state is stable if all
-eigenvalues of H J have negative real parts. H comes from the linear model, with unit weights. Limits of the force are
-not modelled, so compare the currents with these limits.
+This control therefore changes only the rotor's receptances, so the states are computed in the same way as without it.
+About a state in contact, the readings respond by dy = J dI, where J is the real Jacobian under the constraints. The
+state is stable if all eigenvalues of H J have negative real parts. H comes from the linear model, with unit weights.
+Limits of the force are not modelled, so compare the currents with these limits.
 """
 
 from __future__ import annotations
@@ -44,14 +45,14 @@ def settled(at: Receptances) -> Receptances:
 def adaptation_rates(at: Receptances, states: States, n: int, c: Array, mu: Array) -> Complex:
     """Return the eigenvalues of H J about a state; multiplied by alpha, they are its growth rates (1/s).
 
-    With the forces (1) of `stability`, a = 0 and d q = S dI + R dF give dF over dI.
+    With the forces (1) of `stability`, the equations a = 0 and d q = S dI + R dF give dF as a function of dI.
 
     Parameters
     ----------
     at
         Receptances with the feedback alone.
     states, n
-        States, and the index of a state among them.
+        States, and the index of one state among them.
     c, mu
         Clearances (m) and friction coefficients of all sites.
     """

@@ -1,20 +1,21 @@
 """All steady synchronous states of a rotor with sites in contact; no branch is missed.
 
-In the rotating frame, a forward rub at constant speed is at rest. With q = r - R F at the sites in contact, the
-contact-free orbit r, and F_j = N_j (1 + i mu_j) exp(i psi_j) the force of the rotor on each site,
+In the rotating frame, a forward rub at constant speed is at rest. Let r be the contact-free orbit and F_j = N_j (1 + i
+mu_j) exp(i psi_j) the force of the rotor on each site. The displacement at the sites in contact is q = r - R F, so
 
     c_j p_j + sum_k rho_jk N_k p_k = r_j,    rho_jk = R_jk (1 + i mu_k),    p_j = exp(i psi_j)        (1)
 
-with N_j > 0 in contact and |q| < c at all other sites. Friction acts against the spin. With E = rho^-1 and s = E r,
+where N_j > 0 at the sites in contact, and |q| < c at all other sites. Friction acts against the spin. With E = rho^-1
+and s = E r,
 
     N_j = conj(p_j) (s_j - sum_k E_jk c_k p_k)   must be real                                         (2)
 
-For a single site, N solves |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. For m sites, with P in place of conj(p), (2)
-and p P = 1 are 2 m equations linear in p and linear in P, which have C(2 m, m) complex solutions (Bezout's number for
-two groups of unknowns; J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982) 724-737, count the
-load flows of m + 1 electrical machines in this way, because these obey the same equations). Two sites are solved with
-the resultant, which is of degree six. Three or more sites are solved by homotopy continuation (`homotopy`). Solutions
-with |p| = 1 are the states.
+For a single site, N solves |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. For m sites, P replaces conj(p), so that (2)
+and p P = 1 are 2 m equations that are linear in p and linear in P. They have C(2 m, m) complex solutions, which is
+Bezout's number for two groups of unknowns. J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982)
+724-737, count the load flows of m + 1 electrical machines in this way, because load flows obey the same equations. Two
+sites are solved with the resultant, which is of degree six. Three or more sites are solved by homotopy continuation
+(`homotopy`). Solutions with |p| = 1 are the states.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class States:
     contact
         Indices of the sites in contact; empty for free states.
     points
-        Index of the point of each state, ascending, shape (n,).
+        Index of each state's point, in ascending order, shape (n,).
     N
         Normal forces (N), shape (n, m).
     psi
@@ -64,7 +65,7 @@ class States:
 
 
 def all_sets(n_sites: int, most: int | None = None) -> list[tuple[int, ...]]:
-    """Return all sets of sites in contact up to a size, the empty set first."""
+    """Return all sets of at most `most` sites in contact, beginning with the empty set."""
     highest = n_sites if most is None else min(most, n_sites)
     return [chosen for size in range(highest + 1) for chosen in combinations(range(n_sites), size)]
 
@@ -75,7 +76,7 @@ def states_of(contact: tuple[int, ...], R: Complex, mu: Array, c: Array, r: Comp
     Parameters
     ----------
     contact
-        Numbers of the sites.
+        Indices of the sites.
     R
         Receptances of all sites (m/N), shape (n_sites, n_sites), or per point (n_points, n_sites, n_sites).
     mu
@@ -125,7 +126,7 @@ def _solutions(rho: Complex, c: Array, r: Complex) -> tuple[NDArray[np.int64], C
 
 
 def _single(rho: Complex, c: float, r: Complex) -> tuple[NDArray[np.int64], Complex, Array]:
-    """Return the positive roots N of the quadratic, without cancellation; there is none if rho = 0."""
+    """Return the positive roots N of the quadratic, computed without cancellation; there are none if rho = 0."""
     square, half = np.abs(rho) ** 2, c * rho.real
     rest = c * c - np.abs(r) ** 2
     discriminant = half**2 - square * rest
@@ -146,7 +147,7 @@ def _single(rho: Complex, c: float, r: Complex) -> tuple[NDArray[np.int64], Comp
 def _pair(E: Complex, c: Array, s: Complex) -> Complex:
     """Return candidates (p_1, p_2) of two sites, shape (n, 24, 2): roots x of the resultant, with y of both equations.
 
-    If (2) of each site is multiplied by p_1 p_2, the results are quadratic in y, with x = p_1 and y = p_2:
+    If (2) of each site is multiplied by p_1 p_2, it becomes quadratic in y, where x = p_1 and y = p_2:
 
         -g y^2 + (s_1 - 2 i d_1 x - conj(s_1) x^2) y + conj(g) x^2 = 0,               g = E_12 c_2, d_1 = Im E_11 c_1
         (conj(h) - conj(s_2) x) y^2 - 2 i d_2 x y + s_2 x - h x^2 = 0,                h = E_21 c_1, d_2 = Im E_22 c_2
@@ -203,8 +204,8 @@ def _minus(p: list[Any], q: list[Any]) -> list[Any]:
 def _roots(coefficients: Complex) -> Complex:
     """Return the roots of polynomials with ascending coefficients, shape (n, degree + 1).
 
-    A Moebius map of the unit circle onto itself keeps the leading coefficient away from zero, because decoupled sites
-    have roots at 0 and at infinity.
+    Decoupled sites have roots at 0 and at infinity. A Moebius map of the unit circle onto itself therefore keeps the
+    leading coefficient away from zero.
     """
     n, degree = coefficients.shape[0], coefficients.shape[1] - 1
     alpha = 0.37 + 0.21j  # x = (w + alpha)/(1 + conj(alpha) w)
@@ -246,7 +247,7 @@ def _polished(psi: Array, e: Complex, s: Complex) -> tuple[Complex, Bools]:
 
 
 def _distinct(row: NDArray[np.int64], p: Complex) -> NDArray[np.int64]:
-    """Return the indices, ascending, of solutions that differ from all earlier ones at their point."""
+    """Return the ascending indices of solutions that differ from all earlier solutions at the same point."""
     distinct: list[int] = []
     for k in range(len(row)):
         back = len(distinct) - 1

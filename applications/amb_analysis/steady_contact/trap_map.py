@@ -3,7 +3,7 @@
 * free: the orbit without contact is stable, and no contact state is
 * both: the orbit without contact and a contact state are stable; the initial motion selects one
 * contact: no orbit without contact is stable, and a contact state settles (`SmallMotion.settles`)
-* whirl: no orbit without contact is stable, and no contact state settles: unsteady rub
+* whirl: no orbit without contact is stable, and no contact state settles, so the rub is unsteady
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class StatesOfSet:
 
 @dataclass(frozen=True, eq=False)
 class TrapMap:
-    """States over speeds (rad/s), shape (n,), and factors of an unbalance (1), shape (k,).
+    """States at all pairs of speeds (rad/s), shape (n,), and factors on an unbalance (1), shape (k,).
 
     Determining the regime of a point requires the stability of only a few of its states, because one stable state in
     contact suffices.
@@ -104,7 +104,7 @@ class TrapMap:
         return np.array(found, dtype=np.int64).reshape(shape)
 
     def least_trapping(self) -> Array:
-        """Return the smallest factor at each speed with the regime `BOTH` or `CONTACT`; NaN if there is none."""
+        """Return the smallest factor that gives the regime `BOTH` or `CONTACT` at each speed; NaN if there is none."""
         result = np.full(len(self.speeds), np.nan)
         for speed in range(len(self.speeds)):
             for amount, factor in enumerate(self.factors):
@@ -115,7 +115,7 @@ class TrapMap:
 
     @cached_property
     def _states_at(self) -> dict[tuple[int, int], list[tuple[int, int]]]:
-        """All states at each point, as numbers of set and state, by indices of speed and unbalance."""
+        """All states at each point, as pairs of set index and state index, by the indices of speed and unbalance."""
         result: dict[tuple[int, int], list[tuple[int, int]]] = {}
         for n, of_set in enumerate(self.states):
             for k, point in enumerate(zip(of_set.speed.tolist(), of_set.amount.tolist(), strict=True)):
@@ -138,7 +138,8 @@ def least_trapping_at(
     """Return the smallest factor that traps at a speed (rad/s) (`TrapMap.least_trapping`); NaN if none traps.
 
     The first of the ascending factors that traps, and the last one below it that does not, enclose the limit. The
-    interval is divided until its width is `ACCURACY` of the limit. At the factor `below`, nothing traps.
+    interval is divided until its width is at most `ACCURACY` times the limit. The factor `below` must not trap the
+    rotor.
     """
     least = np.nan
     for _ in range(ROUNDS):
@@ -155,7 +156,7 @@ def least_trapping_at(
 def least_trapping_curve(rotor: RubbingRotor, coarse: TrapMap, most: int | None = 2) -> Array:
     """Return the smallest factor that traps at each speed of a map, refined between factors of the map.
 
-    The result is NaN where nothing traps.
+    The result is NaN where no factor traps.
     """
     curve = coarse.least_trapping()
     for k in np.flatnonzero(np.isfinite(curve)):
@@ -170,9 +171,9 @@ def least_trapping_over(
 ) -> tuple[float, float] | None:
     """Return the smallest factor that traps at any speed (rad/s), and the speed at which it does; None if none traps.
 
-    The minimum is refined between the two speeds beside the lowest point of the curve. If nothing traps at one of these
-    speeds, the curve ends before it, often at its minimum. This end is enclosed to within `ACCURACY` of the distance
-    between the two speeds.
+    The minimum is refined between the two speeds beside the lowest point of the curve. If no factor traps at one of
+    these speeds, the curve ends before this speed, often at the minimum of the curve. This end is located to within
+    `ACCURACY` times the distance between the two speeds.
 
     Parameters
     ----------
@@ -202,7 +203,7 @@ def least_trapping_over(
 
 
 def _last_trapping(least: Callable[[Array], Array], inside: float, outside: float) -> float:
-    """Return the last trapping speed between `inside`, which traps, and `outside`, which does not."""
+    """Return the last trapping speed between the speed `inside`, which traps, and `outside`, which does not."""
     enough = ACCURACY * abs(outside - inside)
     while abs(outside - inside) > enough:
         middle = 0.5 * (inside + outside)
@@ -220,7 +221,7 @@ def least_touching(rotor: RubbingRotor, speeds: Array) -> tuple[float, float]:
     rotor
         The rotor, with the unbalance u that the factor multiplies.
     speeds
-        Ascending, above zero (rad/s), shape (n,).
+        Ascending speeds above zero (rad/s), shape (n,).
     """
     closer, shares = refined(lambda more: clearance_shares(rotor, more), speeds, lambda shares: shares)
     at = int(shares.max(axis=1).argmax())
@@ -235,7 +236,7 @@ def clearance_shares(rotor: RubbingRotor, speeds: Array) -> Array:
 
 
 def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | None = 2) -> TrapMap:
-    """Return all synchronous states over speeds (rad/s) and factors of the rotor's unbalance, and their stability.
+    """Return all synchronous states, and their stability, at speeds (rad/s) and factors on the rotor's unbalance.
 
     Parameters
     ----------
@@ -244,7 +245,7 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
     speeds, factors
         Ascending values; speeds must be above zero.
     most
-        Largest number of sites in contact at once; by default all sites.
+        Largest number of sites in contact at once; None allows all sites.
     """
     sets = all_sets(len(rotor.sites), most)
     found: list[list[States]] = [[] for _ in sets]

@@ -19,7 +19,7 @@ from amb_cosim.results.component_names import PLANT
 
 
 def relative_receptances(source: LinearSource, Omega: float, sites: Sequence[str]) -> Callable[[float], Complex]:
-    """Return a function of the whirl frequency (rad/s), other than 0, that returns the matrix R + H of (1) (m/N).
+    """Return the matrix R + H of (1) (m/N) as a function of the whirl frequency (rad/s), which must not be 0.
 
     Parameters
     ----------

@@ -6,7 +6,8 @@ Without unbalance, a journal on its circle, q = c exp(i (omega t + psi)), needs 
 
 For a single site, N = -c/(R (1 + i mu)) must be real and positive (H. F. Black, J. Mechanical Engineering Science 10
 (1968) 1-12). For two sites, the angle between them has two solutions, and the frequency is found for each solution.
-Friction acts against the spin while the journal slips, Omega R_s + omega c > 0; a faster backward whirl rolls.
+Friction acts against the spin while the journal slips, that is, while Omega R_s + omega c > 0. In a faster backward
+whirl, the journal rolls.
 """
 
 from __future__ import annotations
@@ -43,10 +44,10 @@ class Whirl:
     N, friction, psi
         Normal force (N), friction force (N) and angle of the journal (rad) at each site.
     slips
-        Whether the journals slip forward, as (1) assumes; otherwise they roll first.
+        Whether the journals slip forward, as (1) assumes; otherwise they roll before they whirl this fast.
     growth, stable
-        Largest growth rate (1/s) of small motion about the whirl, ignoring its free phase, and whether no such motion
-        grows.
+        Largest growth rate (1/s) of small motion about the whirl, without the free phase of the whirl, and whether no
+        such motion grows.
     accurate
         Whether the reduced rotor is accurate at this frequency.
     """
@@ -71,7 +72,7 @@ class Whirl:
 
 
 def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> list[Whirl]:
-    """Return the sustained whirls of single sites and of pairs at a speed (rad/s).
+    """Return the sustained whirls at a speed (rad/s), with one or two sites in contact.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ def _on_branch(
     mu: Callable[[float], Array],
     c: Array,
 ) -> list[tuple[float, Array, Complex]]:
-    """Return frequency, forces and motions of all sites where the last imaginary part of (1) changes sign."""
+    """Return frequency, contact forces and motion of all sites at each zero of the last imaginary part of (1)."""
 
     def parts(omega: float) -> tuple[float, Complex, Complex]:
         at = list(contact)
