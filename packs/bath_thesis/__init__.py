@@ -1,4 +1,5 @@
 """A. G. Abulrub, Modelling and control of contact in magnetic bearing/flexible rotor systems, PhD, Bath, 2006.
 
-The rig of that thesis as rotors, its runs as scenarios, its statements and printed numbers, and fits to them.
+The pack contains the thesis's rig as rotors, its runs as scenarios, its statements and printed numbers, and fits to
+these numbers.
 """

@@ -1,4 +1,4 @@
-"""Error of a condensation to a few planes: eigenvalues of the condensed model against those of the full one."""
+"""Error of a condensation to a few planes: eigenvalues of the condensed model compared with the full model's."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rotor_analysis.tracking import pair_modes
 
 @dataclass(frozen=True, eq=False)
 class CondensationError:
-    """Errors of the condensed model by mode, in ascending frequency of the full model, with NaN for missing modes.
+    """Errors of the condensed model by mode, in order of the full model's frequencies; NaN for missing modes.
 
     planes
         Node numbers of the masters.
@@ -26,7 +26,7 @@ class CondensationError:
     frequency_error
         Relative error of the damped natural frequency (%), shape (modes, n).
     eigenvalue_error
-        |lambda - lambda_full| / |lambda_full| (%), shape (modes, n); it includes the error of damping.
+        |lambda - lambda_full| / |lambda_full| (%), shape (modes, n); this includes the error of the damping.
     """
 
     planes: tuple[int, ...]
@@ -49,7 +49,7 @@ def condensation_error(
     planes
         Node numbers to condense to, which must support the rotor; by default its master planes.
     count
-        Number of modes to compare.
+        Number of modes that are compared.
 
     Raises
     ------

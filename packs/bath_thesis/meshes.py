@@ -14,19 +14,19 @@ Part = TypeVar("Part", bound=Body | Disc | Bearing | Site | Sensor)
 
 
 def refine(rotor: Rotor, count: int) -> Rotor:
-    """Return `rotor` with `count` nodes, by repeatedly halving the longest element (the first of equal ones).
+    """Return `rotor` with `count` nodes, after repeatedly halving the longest element (the first of equal elements).
 
     Parameters
     ----------
     rotor
         The rotor; parts and masters keep their positions on the shaft.
     count
-        Number of nodes, at least those of `rotor`.
+        Number of nodes, not fewer than `rotor` has.
 
     Raises
     ------
     ValueError
-        If `count` is below the number of nodes.
+        If `count` is less than the number of nodes of `rotor`.
     """
     z = list(rotor.shaft.nodes)
     require(count >= len(z), "number of nodes", count, f"{len(z)} or more, to refine this mesh")
@@ -50,7 +50,7 @@ def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
     Raises
     ------
     ValueError
-        If a required node is missing, or the section of the shaft changes between two of the nodes.
+        If a required node is missing, or the section of the shaft changes between two adjacent nodes.
     """
     z = rotor.shaft.nodes
     required = {1, len(z), *rotor.part_nodes, *rotor.masters}
@@ -61,9 +61,9 @@ def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
 
 
 def even_nodes(rotor: Rotor) -> Rotor:
-    """Return a uniform rotor with equidistant nodes, one for each master, and bearings next to the outermost nodes.
+    """Return a uniform rotor with equidistant nodes, one for each master; the bearings are next to the outermost.
 
-    The other parts keep their order. Such a coarse mesh moves masses and bearings.
+    The other parts keep their order. Masses and bearings change their positions on such a coarse mesh.
     """
     bearings = [bearing.node for bearing in rotor.bearings]
     others = [node for node in rotor.masters if node not in bearings]
@@ -89,9 +89,9 @@ def even_nodes(rotor: Rotor) -> Rotor:
 
 
 def mesh_family(rotor: Rotor) -> dict[int, Rotor]:
-    """Return meshes of `rotor` by number of nodes: with ten and six more, with its own, and with only its masters.
+    """Return meshes of `rotor` by number of nodes: with ten and six added, with its own nodes, and with its masters.
 
-    The last is omitted if the masters do not form a mesh.
+    The last mesh is omitted if the masters alone do not form a mesh.
     """
     count = len(rotor.shaft.nodes)
     meshes = {count + added: refine(rotor, count + added) for added in (10, 6)} | {count: rotor}

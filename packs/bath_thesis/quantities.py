@@ -1,4 +1,4 @@
-"""Quantities and plots for the thesis's statements only, from runs of its rig and from its studies."""
+"""Quantities and plots that only the thesis's statements use, from runs of its rig and from its studies."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ REFERENCE = "23_node"  # mesh that the thesis compares with, with consistent mas
 
 
 def coil_cutoff(inputs: ModelInputs) -> Annotated[float, "rad/s"]:
-    """Return the cut-off frequency of a coil pair, R/L (rad/s) (2.1)."""
+    """Return the cut-off frequency R/L (rad/s) of a coil pair (2.1)."""
     return start_of(inputs, "amb_actuator", "mb1.resistance_x") / start_of(inputs, "amb_actuator", "mb1.inductance_x")
 
 
 def frequencies(tables: MeshAndCondensation, mesh: str, mass: str, speed: float) -> Annotated[list[float], "rad/s"]:
-    """Return natural frequencies (rad/s) by mesh (`13_node`, `condensed`), mass matrix and spin speed (rad/s)."""
+    """Return the natural frequencies (rad/s) of a mesh (`13_node`, `condensed`) and mass matrix at a speed (rad/s)."""
     if mesh == "condensed" and mass == "diagonal":
         return list(tables.frequencies.condensed[f"{speed:g}"]["condensed"])
     if mesh == "condensed":
@@ -65,9 +65,9 @@ def frequency_errors(
     reference: str = REFERENCE,
     reference_mass: str = "",
 ) -> Annotated[list[float], "1"]:
-    """Return the relative deviations of frequencies from another model, at one speed (rad/s) (1).
+    """Return the relative deviations (1) of frequencies from those of another model, at one speed (rad/s).
 
-    `reference` is a mesh, with consistent mass unless `reference_mass` says otherwise.
+    `reference` is the mesh of the other model; its mass matrix is `reference_mass`, by default the consistent one.
     """
     exact = frequencies(tables, reference, reference_mass or "consistent", speed)
     approximate = frequencies(tables, mesh, mass, speed)
@@ -88,84 +88,84 @@ def mean_error(tables: MeshAndCondensation, mesh: str, mass: str) -> Annotated[f
 def largest_error(
     tables: MeshAndCondensation, mesh: str, mass: str, reference: str, reference_mass: str
 ) -> Annotated[float, "1"]:
-    """Return the largest absolute value of `frequency_errors` over three speeds (1)."""
+    """Return the largest absolute value of `frequency_errors` over all frequencies and three speeds (1)."""
     errors = [frequency_errors(tables, mesh, mass, s, reference, reference_mass) for s in (90.0, 120.0, 145.0)]
     return float(np.max(np.abs(errors)))
 
 
 def negative_stiffness(inputs: ModelInputs) -> Annotated[float, "N/m"]:
-    """Return K_s of the linear law (N/m) (2.8)."""
+    """Return K_s (N/m) of the linear law (2.8)."""
     return linear_constants(axis_parameters())[0]
 
 
 def current_stiffness(inputs: ModelInputs) -> Annotated[float, "N/A"]:
-    """Return K_i of the linear law (N/A) (2.9)."""
+    """Return K_i (N/A) of the linear law (2.9)."""
     return linear_constants(axis_parameters())[1]
 
 
 def h_norm(result: InverseReceptance, frequency: float) -> Annotated[float, "N/m"]:
-    """Return the Frobenius norm of H at a speed (Hz) (N/m) (5.10)."""
+    """Return the Frobenius norm (N/m) of H at a speed (Hz) (5.10)."""
     nearest = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
     return float(np.linalg.norm(result.h[nearest]))
 
 
 def h_row_norms(result: InverseReceptance, frequency: float) -> Annotated[list[float], "N/m"]:
-    """Return the norm of the row of H for each force at a speed (Hz) (N/m)."""
+    """Return the norm (N/m) of the row of H for each force, at a speed (Hz)."""
     nearest = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
     return [float(value) for value in np.linalg.norm(result.h[nearest], axis=1)]
 
 
 def test_amplitude(force: IdentificationForce, frequency: float) -> Annotated[float, "N"]:
-    """Return the amplitude of the test force at a frequency (Hz), A = 220 N/S (N) (6.5)."""
+    """Return the amplitude A = 220 N/S (N) of the test force at a frequency (Hz) (6.5)."""
     return float(np.interp(frequency, force.columns.frequencies, force.columns.amplitude))
 
 
 def force_rule(force: IdentificationForce, frequency: float) -> Annotated[float, "1"]:
-    """Return the piecewise linear S at a frequency (Hz) (1) (5.19, 6.6)."""
+    """Return the piecewise linear S (1) at a frequency (Hz) (5.19, 6.6)."""
     return float(np.interp(frequency, force.columns.frequencies, force.columns.s))
 
 
 def slot_periods(force: IdentificationForce, frequency: float) -> Annotated[float, "1"]:
-    """Return the revolutions of a slot of an identification at a frequency (Hz) (6.4)."""
+    """Return the number of revolutions in a slot of an identification at a frequency (Hz) (6.4)."""
     return float(np.interp(frequency, force.columns.frequencies, force.columns.periods_per_slot))
 
 
 def table_speeds(force: IdentificationForce) -> Annotated[list[float], "rad/s"]:
-    """Return the speeds at which H is identified and stored (rad/s)."""
+    """Return the speeds (rad/s) at which H is identified and stored."""
     return [HERTZ * float(f) for f in force.at_the_speeds_of_the_thesis.frequencies]
 
 
 def test_response(force: IdentificationForce, frequency: float) -> Annotated[float, "m"]:
-    """Return the amplitude in x of the journal in MB1 under the test force at a frequency (Hz) (m)."""
+    """Return the amplitude (m) in x of the journal in MB1 under the test force at a frequency (Hz)."""
     return float(np.interp(frequency, force.columns.frequencies, force.columns.response_mb1))
 
 
 def measured_norm(result: SynchronousResponse, axis: int, frequency: float) -> Annotated[float, "m/N"]:
-    """Return the norm of a column of the receptance identified in a co-simulation at a speed (Hz) (m/N) (5.18)."""
+    """Return the norm (m/N) of a column of the receptance that a co-simulation identified at a speed (Hz) (5.18)."""
     nearest = int(np.argmin(np.abs(np.asarray(result.at_speeds.speeds) - frequency)))
     return float(result.at_speeds.measured[nearest, axis])
 
 
 def critical_speed_shift(result: ModelReduction, model: str) -> Annotated[float, "1"]:
-    """Return the largest relative change (1) of a critical speed from the full model to another model."""
+    """Return the largest relative difference (1) between a critical speed of a model and that of the full model."""
     return _largest_shift(result, result.models[model].critical_speeds)
 
 
 def critical_speed_shift_of_even_nodes(result: ModelReduction) -> Annotated[float, "1"]:
-    """Return the largest change of critical speeds if six equidistant nodes with lumped masses are used (1)."""
+    """Return the largest relative change (1) of a critical speed if six equidistant nodes with lumped mass are used."""
     model = supported_rotor(even_nodes(load_rotor("bath_rig_thesis")), "diagonal").model
     crossings = campbell(model, result.speeds, COUNT).critical_speeds
     return _largest_shift(result, [crossing.Omega for crossing in crossings])
 
 
 def _largest_shift(result: ModelReduction, others: Sequence[float]) -> float:
-    """Return the largest relative change from the full model's critical speeds to others (rad/s), in their order."""
+    """Return the largest relative deviation of critical speeds (rad/s) from the full model's, compared in order."""
     exact = result.models[FULL].critical_speeds
     return max(abs(other / full - 1.0) for full, other in zip(exact, others, strict=False))
 
 
 def response_error(result: ModelReduction, model: str) -> Annotated[float, "1"]:
-    """Return the largest deviation of the unbalance response from the full model (1)."""
+    """Return the largest relative deviation (1) of the unbalance response from that of the full model."""
     return 0.01 * result.largest_response_error[model]
 
 
@@ -173,7 +173,7 @@ FASTEST = 300.0  # rad/s; largest critical speed
 
 
 def critical_speeds(run: Signals, count: int) -> Annotated[list[float], "rad/s"]:
-    """Return the lowest critical speeds with forward whirl (rad/s) on bearings with the gains of axis x of MB1."""
+    """Return the lowest critical speeds (rad/s) with forward whirl, on bearings that have the gains of MB1 in x."""
     k_b, c_b = (parameter(run, "rolac_controller", f"mb1.{gain}_x") or 0.0 for gain in ("k_b", "c_b"))
     data = json.loads(run.attrs["scenario_data"]).get("rotor")
     rotor = validate(data, Rotor, "rotor of the run") if isinstance(data, dict) else load_rotor(data)
@@ -183,7 +183,7 @@ def critical_speeds(run: Signals, count: int) -> Annotated[list[float], "rad/s"]
 
 
 def step_of_unbalance(run: Signals, disc: str) -> Annotated[list[float], "kg.m"]:
-    """Return the unbalance of a disc before the scenario's disturbance, and the unbalance that it adds (kg m)."""
+    """Return the unbalance (kg m) of a disc before the scenario's disturbance, and the unbalance that is added."""
     data = json.loads(run.attrs["scenario_data"])
     factor, name = data.get("unbalance_factor", 1.0), f"{disc}.u"
     (step,) = (event for event in data["event"] if event.get("role") == "disturbance")
@@ -194,14 +194,14 @@ def step_of_unbalance(run: Signals, disc: str) -> Annotated[list[float], "kg.m"]
 
 
 def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annotated[float | None, "1"]:
-    """Return the largest ratio of the final amplitude to that before ROLAC (1); x sensors name the `planes`."""
+    """Return the largest ratio (1) of the final amplitude to the one before ROLAC in `planes`, named by x sensors."""
     chosen = [(x, y) for x, y in SENSOR_PLANES if x in planes.split(",")]
     pairs = [(sensor_amplitude(run, x, y, "before"), sensor_amplitude(run, x, y, "end")) for x, y in chosen]
     return max((after / before for before, after in pairs if before and after is not None), default=None)
 
 
 def identified_norm(run: Signals) -> Annotated[float | None, "N/m"]:
-    """Return the Frobenius norm (N/m) of H from the receptance that the controller identified in the run (5.10)."""
+    """Return the Frobenius norm (N/m) of H, from the receptance that the controller identified in the run (5.10)."""
     from amb_cosim.model_constants.controller_data import inverse_receptance
 
     axes = [f"{bearing}_{axis}" for bearing in places(run).bearings for axis in "xy"]
@@ -213,7 +213,7 @@ def identified_norm(run: Signals) -> Annotated[float | None, "N/m"]:
 
 
 def frequency_panels(result: MeshAndCondensation) -> list[Panel]:
-    """Return the error of each mesh against the finest mesh with consistent mass, and of the condensed frequencies."""
+    """Return the errors of all meshes, compared with the finest consistent one, and of the condensed frequencies."""
     meshes, condensed = result.frequencies.by_mesh, result.frequencies.condensed
     exact = np.array(next(iter(meshes.values()))["consistent"]["90"])
     rows = {
@@ -232,7 +232,7 @@ def frequency_panels(result: MeshAndCondensation) -> list[Panel]:
 
 
 def h_panels(result: InverseReceptance) -> list[Panel]:
-    """Return norms of H, errors of its interpolation, condition number of R, and printed and computed H at 10 Hz."""
+    """Return plots of norms and interpolation errors of H, R's condition number, and printed and computed H (10 Hz)."""
     exact, between = (1e-6 * np.linalg.norm(h, axis=(1, 2)) for h in (result.h, result.h_interpolated))
     norms = [curve("exact", result.speeds, exact), curve("interpolated", result.speeds, between, "dashed")]
     norms += [
@@ -261,7 +261,7 @@ def h_panels(result: InverseReceptance) -> list[Panel]:
 
 
 def force_panels(result: IdentificationForce) -> list[Panel]:
-    """Return S, amplitude, revolutions of a slot and duration of the test force, and the motion of the journals."""
+    """Return plots of the test force (amplitude, S, revolutions in a slot, duration) and the journals' motion."""
     columns, thesis = result.columns, result.at_the_speeds_of_the_thesis
     in_range = thesis.frequencies <= columns.frequencies[-1]
 
@@ -283,7 +283,7 @@ def force_panels(result: IdentificationForce) -> list[Panel]:
 
 
 def norm_panels(result: SynchronousResponse) -> list[Panel]:
-    """Return the norm of the response over the spin speed, the lines of (5.19), and the identified norm (5.18)."""
+    """Return plots of the response's norm over the spin speed, the lines of (5.19), and the identified norm (5.18)."""
     at = result.at_speeds
     curves = [curve("(5.19)", result.speeds, 1e6 * result.thesis, "dashed")]
     for k in range(0, len(result.forces), 2):
@@ -297,7 +297,7 @@ def norm_panels(result: SynchronousResponse) -> list[Panel]:
 
 
 def reduction_panels(result: ModelReduction) -> list[Panel]:
-    """Return frequencies and response of the full, the condensed and the 6-node model over the spin speed."""
+    """Return plots of frequencies and response of the full, condensed and 6-node models over the spin speed."""
     frequencies, responses, errors = [], [], []
     full = result.models[FULL].displacement
     for model, over_speed in result.models.items():
@@ -319,17 +319,17 @@ def reduction_panels(result: ModelReduction) -> list[Panel]:
 
 
 def force_at_touch(result: ContactLaws, law: str) -> Annotated[float, "N"]:
-    """Return the force of a contact law at the first touch (N), point A of Fig. 4.1."""
+    """Return the force (N) of a contact law at the first touch, which is point A of Fig. 4.1."""
     return result.laws[law].force_at_touch
 
 
 def smallest_force(result: ContactLaws, law: str) -> Annotated[float, "N"]:
-    """Return the smallest force of a contact law in an impact (N), point B of Fig. 4.1 if negative."""
+    """Return the smallest force (N) of a contact law in an impact; if negative, it is point B of Fig. 4.1."""
     return result.laws[law].smallest_force
 
 
 def law_panels(result: ContactLaws) -> list[Panel]:
-    """Return force over penetration of each contact law in an impact."""
+    """Return a plot of force over penetration in an impact, for each contact law."""
     curves = (
         curve(f"{name.replace('_', ' ')} ({loop.equation})", 1e6 * loop.penetration, 1e-3 * loop.force)
         for name, loop in result.laws.items()
@@ -338,7 +338,7 @@ def law_panels(result: ContactLaws) -> list[Panel]:
 
 
 def end_panels(run: Signals) -> Iterator[Panel]:
-    """Yield the radial displacement of the shaft's ends in a run without contact."""
+    """Yield a plot of the radial displacement of the shaft's ends, if the run is without contact."""
     if contact_cycles(run)[0] is not None:
         return
     axis, label, drawn = horizontal_axis(run)

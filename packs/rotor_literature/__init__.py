@@ -1,1 +1,1 @@
-"""Published rotors, and scenarios with them."""
+"""Published rotors, and scenarios that use them."""

@@ -1,14 +1,14 @@
-"""Statements of a source, as data, compared with values that this project computes: criteria, verdicts, one page.
+"""Comparison of a source's statements, given as data, with values that this project computes.
 
-statements        the format of a pack's statements.toml, checked on reading
-run_quantities    the named quantities of a run; those of a study are in `study_quantities`
-quantities        these, and additions of a pack
-requests          a quantity with its arguments and unit, evaluated on a run or a study
+statements        the format of a pack's statements.toml, which is checked when it is read
+run_quantities    the named quantities of a run; `study_quantities` has the quantities of a study
+quantities        all of these quantities, and those that a pack adds
+requests          a quantity with its arguments and unit, which is evaluated for a run or a study
 source_runs       the run of a scenario for statements
-sources           runs and studies for statements, each computed once and stored
+sources           runs and studies for statements, each of which is computed once and stored
 verdict           whether a value agrees with its statement, by tolerance and reading
-evaluation        statements, computed and judged
+evaluation        computation and judgement of statements
 study_panels      plots of studies as data
-page              one HTML page; `table` is the same in Markdown, `texts` are the texts of both
+page              the HTML page; `table` is the same in Markdown, and `texts` has the texts of both
 report_command    the command `report`; `robustness_runs` stores which outcomes are robust
 """

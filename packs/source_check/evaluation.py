@@ -1,4 +1,4 @@
-"""Computed and judged statements, the data of the report and its table."""
+"""Computation and judgement of statements, and the data of the report."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DATA = "report.json"
 
 
 class Computation(NamedTuple):
-    """One way to compute a statement: source, request, and its factor or reading."""
+    """One way to compute a statement: the source, the request, and the factor or reading used."""
 
     source: str
     request: QuantityRequest
@@ -34,21 +34,21 @@ class Judged:
     """A statement with its computed value and verdict.
 
     source
-        Name of the source of the verdict; empty if nothing is computed.
+        Name of the source on which the verdict is based; empty if nothing is computed.
     ours
         The computed value, in the statement's unit.
     reading
         The factor or reading used.
     ratios
-        Computed over stated value, for each number.
+        Ratio of the computed to the stated value, for each number.
     reason
-        Reason why the statement is missed or not computed.
+        Reason why the statement is not reproduced or not computed.
     beside
-        Results of other ways to compute it, which are not judged, by name.
+        Results of other ways to compute the statement, by name; these results are not judged.
     converged, converged_is_met
         The value of the model with more modes, and whether it meets the statement; None if not computed.
     robustness
-        Whether the stated outcome is robust, and the changes that flip it; empty if unknown.
+        Text on whether the stated outcome is robust, and on the changes that flip it; empty if unknown.
     """
 
     statement: Statement
@@ -66,7 +66,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Report:
-    """Judged statements of a file in order, and the answers of their sources by name."""
+    """Judged statements of a file, in the order of the file, and the answers of their sources, by source name."""
 
     statements: Statements
     judged: tuple[Judged, ...]
@@ -74,7 +74,7 @@ class Report:
 
     @property
     def failures(self) -> dict[str, str]:
-        """Reason why a source could not be run, by name."""
+        """Reason why a source could not be run, by name of the source."""
         return {
             name: next(iter(answer.failures.values()))
             for name, answer in self.answers.items()
@@ -90,7 +90,7 @@ class Report:
         return Counter(item.verdict for item in (self.judged if chapter is None else self.of_chapter(chapter)))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return statements, values and verdicts for JSON."""
+        """Return the statements, values and verdicts as data for JSON."""
         return {
             "counts": {
                 "all": _named(self.counts()),
@@ -101,7 +101,7 @@ class Report:
         }
 
     def missed_by_cause(self) -> dict[Cause, tuple[Judged, ...]]:
-        """Return the statements that are not reproduced, by the kind of reason, the most frequent kind first."""
+        """Return the statements that are not reproduced, by kind of reason, with the most frequent kind first."""
         missed = [item for item in self.judged if item.verdict is Verdict.MISSED]
         by_cause = {cause: tuple(item for item in missed if item.statement.cause == cause) for cause in get_args(Cause)}
         return dict(sorted(by_cause.items(), key=lambda entry: -len(entry[1])))
@@ -137,9 +137,9 @@ def assess(
     processes
         Largest number of simultaneous processes; one per processor by default.
     progress
-        Called with the number of sources done and of all.
+        Function that is called with the number of finished sources and the number of all sources.
     outcomes
-        Whether the outcomes of runs are robust, by name of the run (`load_robustness`).
+        Stored outcomes of runs and their robustness, by name of the run (`load_robustness`).
 
     Raises
     ------
@@ -154,7 +154,7 @@ def assess(
 
 
 def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -> list[Job]:
-    """Return a job for each source that the statements require, the longest runs first."""
+    """Return a job for each source that the statements require; studies come first, because they take longest."""
     requests: dict[str, list[QuantityRequest]] = {}
     for statement in chosen:
         if statement.source:
@@ -175,9 +175,9 @@ def judged(
     by_source: Mapping[str, SourceResult],
     outcomes: Mapping[str, StoredOutcome] = MappingProxyType({}),
 ) -> Judged:
-    """Return a statement with the verdict that follows from the answers of its sources.
+    """Judge a statement by the answers of its sources, and return it with the verdict.
 
-    `outcomes` states the robustness of outcomes of runs, by name.
+    `outcomes` contains the robustness of the outcome of each run, by name of the run.
     """
 
     def value_of(way: Computation) -> Computed | None:
@@ -211,19 +211,19 @@ def judged(
 
 
 def computations(statement: Statement, statements: Statements) -> list[Computation]:
-    """Return the ways to compute a statement, in the order of trial."""
+    """Return the ways to compute a statement, in the order in which they are tried."""
     ways = (Reading(source=statement.source), *statement.reading) if statement.quantity else ()
     tried = [_way(statement, way, statements) for way in ways]
     return [way._replace(reading="; ".join(filter(None, (way.reading, statement.inferred)))) for way in tried]
 
 
 def alternatives(statement: Statement, statements: Statements) -> list[Computation]:
-    """Return the ways to compute the values that are displayed beside a statement."""
+    """Return the ways to compute those values that are displayed beside a statement but not judged."""
     return [_way(statement, way, statements) for way in statement.beside]
 
 
 def on_converged(statement: Statement, statements: Statements) -> list[Computation]:
-    """Return the way to compute a statement on the model with more modes, if there is one."""
+    """Return a list of the way to compute a statement with more modes; empty if there is no such model."""
     return [_way(statement, Reading(source=statement.converged), statements)] if statement.converged else []
 
 
@@ -234,7 +234,7 @@ def _way(statement: Statement, way: Reading, statements: Statements) -> Computat
 
 
 def reading_of(source: Source) -> list[str]:
-    """Return the factor on all unbalances of a source's scenario, if any, and the reading that it declares."""
+    """Return the factor on all unbalances of the source's scenario and the reading of the source, if there are any."""
     factor = source.unbalance_factor or (load_scenario(source.scenario).unbalance_factor if source.scenario else 1.0)
     scaled = [] if factor == 1.0 else [f"all unbalances times {factor:g}"]
     return [*scaled, *([source.reading] if source.reading else [])]

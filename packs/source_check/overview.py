@@ -1,4 +1,4 @@
-"""The findings of a report in a paragraph: the share that is reproduced, and the reasons for the rest."""
+"""Summary of a report in one paragraph: the statements that are reproduced, and the reasons for the others."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REASONS: Mapping[Cause, str] = {
 
 
 def overview(report: Report) -> str:
-    """Return sentences with the number of statements by verdict, and of the missed statements by cause."""
+    """Return sentences with the number of statements for each verdict, and of missed statements for each cause."""
     counts, label = report.counts(), report.statements.label
     plain, with_reading = counts[Verdict.REPRODUCED], counts[Verdict.WITH_READING]
     within, missed = counts[Verdict.WITHIN_LIMIT], counts[Verdict.MISSED]

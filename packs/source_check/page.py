@@ -21,7 +21,7 @@ PAGE = "report.html"
 
 @dataclass(frozen=True)
 class Section:
-    """Statements of one source, with its answer, or statements without a source."""
+    """Statements of one source, with the answer of the source, or statements without a source."""
 
     name: str
     answer: SourceResult | None
@@ -29,24 +29,24 @@ class Section:
 
     @property
     def places(self) -> str:
-        """Distinct places in the source of the statements."""
+        """Distinct places of the statements in the source."""
         return ", ".join(dict.fromkeys(item.statement.where for item in self.judged))
 
     @property
     def reading(self) -> str:
-        """The common reading of all its statements, if any."""
+        """The reading that all statements of the section share; empty if there is none."""
         with_reading = (Verdict.REPRODUCED, Verdict.WITH_READING, Verdict.MISSED)
         readings = {item.reading for item in self.judged if item.verdict in with_reading}
         return readings.pop() if len(readings) == 1 else ""
 
     @property
     def picture(self) -> str:
-        """The picture of the plots, as a data URL."""
+        """Picture of the plots, as a data URL."""
         return picture_url(self.answer.picture) if self.answer is not None else ""
 
 
 def page(report: Report) -> str:
-    """Return the text of the page."""
+    """Return the HTML text of the page."""
     environment = templates_of("source_check", "template")
     environment.globals.update(
         stated=lambda item: stated_text(item.statement),
@@ -76,7 +76,7 @@ def page(report: Report) -> str:
 
 
 def sections(report: Report, chapter: Chapter) -> Iterator[Section]:
-    """Yield the statements of a chapter by source, in the order of their file, and those without a source together."""
+    """Yield a section for each source in a chapter, in file order, and one for statements without a source."""
     groups: dict[str, list[Judged]] = {}
     sources = _source_of_group(report)
     for item in report.of_chapter(chapter):
@@ -87,5 +87,5 @@ def sections(report: Report, chapter: Chapter) -> Iterator[Section]:
 
 
 def _source_of_group(report: Report) -> dict[str, str]:
-    """Return, by figure or table, the source that its statements without a source share with the others."""
+    """Return the source of each figure or table, under which its statements without a source are also shown."""
     return {item.statement.group: item.statement.source for item in reversed(report.judged) if item.statement.source}

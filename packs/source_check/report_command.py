@@ -1,4 +1,4 @@
-"""Command `report`: statements of packs, compared with computed values."""
+"""The command `report`, which compares statements of packs with computed values."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 def report(output: Path, packs: tuple[str, ...], only: tuple[str, ...], jobs: int | None, robustness: bool) -> None:
     """Check the statements of packs and write a page of verdicts.
 
-    With several packs, each has its own folder.
+    If there are several packs, each pack has its own folder.
     """
     from source_check.robustness_runs import store_robustness
     from source_check.statements import load_statements, packs_with_statements
@@ -67,7 +67,7 @@ def _fail(failures: dict[str, str]) -> None:
 
 
 def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: int | None, pack: str) -> Report:
-    """Compute and judge statements, write data, table and page into a folder, and print the number of each verdict."""
+    """Compute and judge statements, write data, table and page into a folder, and print the count of each verdict."""
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
     from amb_sweeps.stored_robustness import load_robustness

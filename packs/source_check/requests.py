@@ -1,4 +1,4 @@
-"""A requested quantity of a run or of a study, and its value."""
+"""Requests for a quantity of a run or of a study, and their evaluation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from source_check.verdict import Computed
 
 @dataclass(frozen=True)
 class QuantityRequest:
-    """A quantity with its arguments, and the requested unit."""
+    """A quantity with its arguments and the requested unit."""
 
     quantity: str
     arguments: tuple[tuple[str, Any], ...]

@@ -1,4 +1,4 @@
-"""Robustness of the outcomes of a pack's scenarios and statements: `amb-cosim report --robustness`."""
+"""Robustness of the outcomes of a pack's scenarios and statements, for `amb-cosim report --robustness`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BATCH = 8  # cases between two writes of the file
 
 @dataclass(frozen=True)
 class OutcomeCase:
-    """A scenario, or a run for statements, by name."""
+    """A scenario, or a run for statements, with its name."""
 
     name: str
     scenario: Scenario
@@ -31,10 +31,10 @@ class OutcomeCase:
 
 
 def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict[str, str]:
-    """Repeat the runs of a pack, store which outcomes are robust, and return the reasons for failures, by name.
+    """Repeat the runs of a pack, store which outcomes are robust, and return the reason of each failure, by run name.
 
-    Runs are repeated with H identified and with 1 % more and less of each quantity. The report and pages show the
-    stored results.
+    Each run is repeated with H identified, and with each quantity increased and decreased by 1 %. The report and the
+    pages show the stored results.
     """
     stored = 0
     failures: dict[str, str] = {}
@@ -54,7 +54,7 @@ def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict
 
 
 def outcome_cases(pack: str, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
-    """Return the runs of a pack: its scenarios, and different runs for its statements.
+    """Return the runs of a pack: its scenarios, and any other runs that its statements require.
 
     Parameters
     ----------

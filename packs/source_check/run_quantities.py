@@ -1,6 +1,6 @@
-"""Named quantities of a run: each takes its signals and returns a number in SI units, a text, or None without a value.
+"""Quantities of a run; each is a function of its signals that returns a number in SI units, a text, or None.
 
-Windows `begin` and `end` are in cycles of the initial speed; by default they cover the run from cycle 0.
+A window from `begin` to `end` is given in cycles of the initial speed; by default, it covers the run from cycle 0.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ BOUNCE = 0.1  # cycles; a break of the contact that is shorter is a bounce
 
 
 def peak_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "N"]:
-    """Return the largest normal contact force at a site (N), including those within steps, without impact impulses."""
+    """Return the largest normal contact force at a site (N), also within steps, but without impact impulses."""
     return contact_forces.peak_force(run, site, begin, end)
 
 
 def contact_share(
     run: Signals, states: str, begin: float | None = None, end: float | None = None
 ) -> Annotated[float | None, "1"]:
-    """Return the share of the time (1) in the named contact states, such as `none, both`.
+    """Return the share (1) of the time that the run is in the named contact states, such as `none, both`.
 
-    By default, the time is from the step to its removal, or to the end of the run.
+    By default, the time extends from the step to its removal, or to the end of the run.
     """
     step, removal = contact_history.loaded_interval(run)
     state = signal(run, "contact_state")
@@ -41,7 +41,7 @@ def contact_share(
 
 
 def longest_spell(run: Signals, states: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
-    """Return the longest time in some contact states without a break longer than a tenth of a cycle, in cycles."""
+    """Return the longest time (cycles) in some contact states with no break longer than a tenth of a cycle."""
     if signal(run, "contact_state") is None:
         return None
     spells = _spells(cycles(run), _is_in(run, states) & _window(run, begin, end))
@@ -49,13 +49,13 @@ def longest_spell(run: Signals, states: str, begin: float = 0.0, end: float = np
 
 
 def first_contact(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
-    """Return the cycle of the first sample in contact from cycle 0, relative to `since`."""
+    """Return the cycle of the first sample in contact at or after cycle 0, relative to `since`."""
     first = contact_history.contact_cycles(run)[0]
     return None if first is None else first - since
 
 
 def second_site_after(run: Signals) -> Annotated[float | None, "1"]:
-    """Return the cycles between the first contacts at the first two touched retainers, or None if fewer are touched."""
+    """Return the cycles between the first contacts at the two retainers touched first; None if fewer are touched."""
     state, from_0 = signal(run, "contact_state"), cycles(run) >= 0.0
     if state is None:
         return None
@@ -65,13 +65,13 @@ def second_site_after(run: Signals) -> Annotated[float | None, "1"]:
 
 
 def last_contact(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
-    """Return the cycle of the last sample in contact, relative to `since`; 0 without contact after it."""
+    """Return the cycle of the last sample in contact, relative to `since`; 0 without contact after `since`."""
     last = contact_history.contact_cycles(run)[1]
     return 0.0 if last is None else max(0.0, last - since)
 
 
 def contact_duration(run: Signals) -> Annotated[float | None, "1"]:
-    """Return the cycles from the first to the last contact; 0 without contact."""
+    """Return the number of cycles from the first to the last contact; 0 without contact."""
     first, last = contact_history.contact_cycles(run)
     return 0.0 if first is None or last is None else last - first
 
@@ -79,9 +79,9 @@ def contact_duration(run: Signals) -> Annotated[float | None, "1"]:
 def first_spell(
     run: Signals, bounce: float = BOUNCE, states: str = "", begin: float = 0.0
 ) -> Annotated[float | None, "1"]:
-    """Return the duration (cycles) of the first contact after cycle `begin`, in any or in some states.
+    """Return the duration (cycles) of the first contact after cycle `begin`, in the named states or in any state.
 
-    A break longer than `bounce` (cycles) ends it.
+    A break longer than `bounce` (cycles) ends the contact.
     """
     inside = _is_in(run, states) if states else _is_in_any(run)
     spells = _spells(cycles(run), inside & _window(run, begin, np.inf), bounce)
@@ -89,7 +89,7 @@ def first_spell(
 
 
 def first_site(run: Signals, begin: float = 0.0) -> str:
-    """Return the name of the retainer that is touched first, `both` or `none`."""
+    """Return the name of the retainer that is touched first, or `both` or `none`."""
     touching = _is_in_any(run) & _window(run, begin, np.inf)
     state = signal(run, "contact_state")
     if state is None or not touching.any():
@@ -98,19 +98,19 @@ def first_site(run: Signals, begin: float = 0.0) -> str:
 
 
 def sites_touched(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
-    """Return the touched retainers, as names joined by `and`, or `none`."""
+    """Return the names of the touched retainers, joined by `and`, or `none`."""
     touched = [name_label(site) for site in places(run).retainers if (peak_force(run, site, begin, end) or 0.0) > 0.0]
     return " and ".join(touched) or "none"
 
 
 def site_of_largest_force(run: Signals, begin: float = 0.0, end: float = np.inf) -> str | None:
-    """Return the site (retainer or other) with the largest normal contact force; None without contact."""
+    """Return the site, a retainer or another, with the largest normal contact force; None without contact."""
     forces = {name_label(site): peak_force(run, site, begin, end) or 0.0 for site in places(run).sites}
     return max(forces, key=lambda site: forces[site]) if any(forces.values()) else None
 
 
 def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
-    """Return all contact states of a window, in the order of their numbers."""
+    """Return all contact states that occur in a window, in the order of their numbers."""
     state = signal(run, "contact_state")
     within = _window(run, begin, end)
     seen = [] if state is None else sorted({int(value) for value in state[within]})
@@ -118,58 +118,58 @@ def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
 
 
 def outcome(run: Signals) -> str | None:
-    """Return the outcome of the step: `prevented`, `recovered`, `landed`, `trapped`, `undecided`, ...."""
+    """Return the outcome of the step, such as `prevented`, `recovered`, `landed`, `trapped` or `undecided`."""
     return contact_history.recovery(run)
 
 
 def rolling_from(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
-    """Return the cycle from which the rotor rolls on a site for a turn of its whirl, relative to `since`."""
+    """Return the cycle, relative to `since`, from which the rotor rolls on a site for one turn of its whirl."""
     rolling = contact_history.rolling_from(run)
     return None if rolling is None else rolling - since
 
 
 def contact_to_rolling(run: Signals) -> Annotated[float | None, "s"]:
-    """Return the time from the first contact to rolling (s)."""
+    """Return the time (s) from the first contact to the beginning of rolling."""
     first, rolling = contact_history.contact_cycles(run)[0], contact_history.rolling_from(run)
     return None if first is None or rolling is None else (rolling - first) * float(run.attrs["period_s"])
 
 
 def whirl_at_end(run: Signals, site: str) -> Annotated[float | None, "rad/s"]:
-    """Return the whirl speed at a site at the end (rad/s)."""
+    """Return the whirl speed (rad/s) at a site at the end of the run."""
     return contact_history.whirl_at_the_end(run, site)
 
 
 def rolls_at_end(run: Signals, site: str = "") -> bool:
-    """Return whether the rotor rolls on any or on a named site at the end of the run."""
+    """Return whether the rotor rolls on `site`, or by default on any site, at the end of the run."""
     modes = [signal(run, f"{item}.mode") for item in ([site] if site else places(run).sites)]
     return any(mode is not None and int(mode[-1]) == contact_history.ROLLING for mode in modes)
 
 
 def largest_radius(run: Signals, bearing: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
-    """Return the largest radial displacement in a bearing's retainer over its clearance (1)."""
+    """Return the largest radial displacement in a bearing's retainer, divided by the clearance (1)."""
     values = radius(run, support(run, bearing))
     within = _window(run, begin, end)
     return None if values is None or not within.any() else float(values[within].max()) / _clearance(run, bearing)
 
 
 def orbit_amplitude(run: Signals, bearing: str, when: When) -> Annotated[float | None, "m"]:
-    """Return the synchronous amplitude at a bearing (m) `before` the step or ROLAC's start, or at the `end`."""
+    """Return the synchronous amplitude (m) at a bearing `before` the step or ROLAC's start, or at the `end`."""
     return settled_amplitude(run, displacements(run, f"{bearing}.x", f"{bearing}.y"), when)
 
 
 def amplitude_left(run: Signals, bearing: str) -> Annotated[float | None, "1"]:
-    """Return the ratio of the final synchronous amplitude at a bearing to that before the step or ROLAC's start (1)."""
+    """Return the final synchronous amplitude at a bearing divided by that before the step or ROLAC's start (1)."""
     before, end = orbit_amplitude(run, bearing, "before"), orbit_amplitude(run, bearing, "end")
     return None if not before or end is None else end / before
 
 
 def sensor_amplitude(run: Signals, x: str, y: str, when: When) -> Annotated[float | None, "m"]:
-    """Return the synchronous amplitude of the rotor in the plane of two sensors (m), as `orbit_amplitude`."""
+    """Return the synchronous amplitude (m) in the plane of two sensors, at the times that `orbit_amplitude` uses."""
     return settled_amplitude(run, displacements(run, x, y), when)
 
 
 def bearings_that_calm(run: Signals) -> str:
-    """Return the bearings with a smaller synchronous amplitude at the end than before the change."""
+    """Return the bearings whose synchronous amplitude is smaller at the end than before the step or ROLAC's start."""
     calm = []
     for bearing in places(run).bearings:
         before, end = orbit_amplitude(run, bearing, "before"), orbit_amplitude(run, bearing, "end")
@@ -181,7 +181,7 @@ def bearings_that_calm(run: Signals) -> str:
 def speed_of_largest_radius(
     run: Signals, bearing: str, lowest: float, highest: float
 ) -> Annotated[float | None, "rad/s"]:
-    """Return the spin speed (rad/s) with the largest radius at a bearing before any contact, within a range (Hz)."""
+    """Return the spin speed (rad/s), within a range (Hz), at which a bearing's radius before any contact is largest."""
     values, Omega = radius(run, bearing), speed(run)
     if values is None:
         return None
@@ -215,7 +215,7 @@ def _is_in_any(run: Signals) -> Bools:
 
 
 def _spells(when: Array, inside: Bools, bounce: float = BOUNCE) -> list[tuple[float, float]]:
-    """Return begin and end (cycles) of each interval of samples `inside`; breaks up to `bounce` do not end one."""
+    """Return begin and end (cycles) of each interval `inside`; breaks of at most `bounce` do not end an interval."""
     spells: list[tuple[float, float]] = []
     for cycle in when[inside].tolist():
         if spells and cycle - spells[-1][1] <= bounce:
@@ -231,6 +231,6 @@ def _clearance(run: Signals, bearing: str) -> float:
 
 
 def parameter(run: Signals, component: str, name: str) -> float | None:
-    """Return a parameter of a component, in its unit."""
+    """Return the value of a component's parameter, in the unit of the parameter."""
     value = json.loads(run.attrs["parameters"]).get(component, {}).get(name)
     return None if value is None else float(value)

@@ -1,4 +1,4 @@
-"""The run of a scenario for statements."""
+"""Preparation of the run of a scenario for statements."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ def prepare_source(source: Source) -> ScenarioPlan:
     Raises
     ------
     ValueError
-        If the scenario, a value or a table of the rotor is wrong.
+        If the scenario, a value, or a table of the rotor is not allowed.
     """
     return prepare_run(scenario_of(source), dict(source.set))
 
 
 def scenario_of(source: Source) -> Scenario:
-    """Return the scenario of a source without its settings."""
+    """Return the scenario of a source, without the values that the source sets."""
     scenario = load_scenario(source.scenario)
     if source.rotor_file:
         scenario = scenario.changed(rotor=source.rotor_file)
@@ -42,7 +42,7 @@ def scenario_of(source: Source) -> Scenario:
 
 
 def _on_system(scenario: Scenario, system: str) -> Scenario:
-    """Return a scenario on another system, without settings for components that this system lacks."""
+    """Return a scenario for another system, without settings for components that this system lacks."""
     names = {component.name for component in load_system(system).components}
     events = tuple(
         event.model_copy(update={"set": {name: values for name, values in event.set.items() if name in names}})
@@ -56,7 +56,7 @@ def _on_system(scenario: Scenario, system: str) -> Scenario:
 
 
 def build_fmus(sources: Iterable[Source]) -> None:
-    """Build the FMUs of each rotor before several processes need them; errors of a source are reported by its run."""
+    """Build the FMUs of each rotor before several processes need them; the run of a source reports its errors."""
     seen: set[str] = set()
     for source in sources:
         if not source.scenario:

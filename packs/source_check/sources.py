@@ -1,4 +1,4 @@
-"""Runs and studies for statements: each is computed once, in a separate process, and stored."""
+"""Runs and studies for statements, each of which is computed once, in a separate process, and stored."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ FOLDER = "sources"  # in the folder of the report
 class Job:
     """A source with its requests, and the file that stores the answer.
 
-    `quantities` is a module outside this package with further quantities.
+    `quantities` is the name of a module outside this package that contains further quantities.
     """
 
     name: str
@@ -74,9 +74,9 @@ class SourceResult:
     key
         Key of the job.
     values, failures
-        Requested values in their units, by key, and reasons for missing values.
+        Requested values in their units, and reasons for missing values, both by key of the request.
     title, text, parameters
-        Title of the run or the study, the text of its file, and its settings.
+        Title of the run or the study, text of the scenario file, and settings.
     panels, picture
         Plots as data, and a picture of them (PNG).
     wall
@@ -95,7 +95,7 @@ class SourceResult:
 
 
 def code_digest() -> str:
-    """Return a hash of the code, rotors and systems that answers depend on, without the text of a scenario."""
+    """Return a hash of the code, rotors and systems on which answers depend, excluding the text of scenarios."""
     sha = hashlib.sha256()
     for folder in (*map(package_folder, PACKAGES), *packs().values()):
         for file in sorted(folder.rglob("*")):
@@ -108,7 +108,7 @@ def code_digest() -> str:
 def job_of(
     name: str, source: Source, quantities: str, requests: Sequence[QuantityRequest], folder: Path, code: str
 ) -> Job:
-    """Return the job of a source; its key changes with scenario, parameters, requests, and code."""
+    """Return the job of a source; the key of the job changes with the scenario, parameters, requests and code."""
     ordered = tuple(sorted(set(requests), key=lambda request: request.key))
     scenario = read_scenario(source.scenario) if source.scenario else None
     facts = [name, source.model_dump(mode="json"), scenario, [request.key for request in ordered], code]
@@ -117,18 +117,19 @@ def job_of(
 
 
 def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> dict[str, SourceResult]:
-    """Return the answer of each job by the name of its source.
+    """Return the answer of each job, by the name of its source.
 
-    An answer stored under the job's key is read; other answers are computed in parallel processes and stored.
+    An answer that is stored under the job's key is read. All other answers are computed in parallel processes and
+    stored.
 
     Parameters
     ----------
     jobs
-        The requests.
+        Jobs to answer.
     processes
         Largest number of processes; by default one per processor.
     progress
-        Called with the number of finished jobs and of all.
+        Function that is called with the number of finished jobs and the number of all jobs.
 
     Raises
     ------
@@ -212,7 +213,7 @@ def _evaluate_all(job: Job, subject: Any, quantities: Mapping[str, Any]) -> dict
 
 
 def scenario_text(name: str) -> str:
-    """Return the text of a scenario's file, preceded by the texts of its bases."""
+    """Return the text of a scenario file, preceded by the texts of the files on which it is based."""
     text = read_text(files_of("scenarios")[name], name)
     base = parse_toml(text, name).get("base")
     headed = f"# {name}.toml\n{text}"
@@ -220,7 +221,7 @@ def scenario_text(name: str) -> str:
 
 
 def scenario_parameters(name: str) -> dict[str, Any]:
-    """Return the settings of a scenario, in the words of its file: speed, factor, inputs, parameters and events."""
+    """Return the settings of a scenario under the names in its file: speed, factor, inputs, parameters and events."""
     scenario = load_scenario(name)
     result: dict[str, Any] = {"scenario": name, "Omega": scenario.Omega}
     if scenario.unbalance_factor != 1.0:
@@ -240,7 +241,7 @@ def scenario_parameters(name: str) -> dict[str, Any]:
 
 
 def study_title(study: str) -> str:
-    """Return a line about a study."""
+    """Return a one-line description of a study."""
     from amb_analysis.studies import STUDIES
 
     return STUDIES[study].description if study in STUDIES else "Start values of the models"

@@ -1,4 +1,4 @@
-"""Statements of a source as data: place, content, value, tolerance, and computation."""
+"""Statements of a source as data: the place, content, value, tolerance and computation of each."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Cause = Literal["data", "detail", "reading", "unexplained"]
 
 
 class Source(Table):
-    """A run of a scenario or a study for statements."""
+    """A source of values for statements: a run of a scenario, or a study."""
 
     scenario: str = ""
     """Name of a scenario; set either this or `study`."""
@@ -74,7 +74,7 @@ class Reading(Table):
 
 
 class Statement(Table):
-    """One number, list, outcome or picture of a source."""
+    """One number, list, outcome or picture that a source states."""
 
     key: Annotated[
         str,
@@ -142,12 +142,12 @@ class Statement(Table):
 
     @property
     def group(self) -> str:
-        """First part of the key: the figure, table, equation or section."""
+        """First part of the key, which names the figure, table, equation or section."""
         return self.key.partition(".")[0]
 
 
 class Chapter(Table):
-    """A part of the statements."""
+    """A part of the statements, which is a chapter of the page."""
 
     key: str
     """Name for `--only`, such as `ch4`."""
@@ -164,7 +164,7 @@ class Chapter(Table):
 
 
 class Statements(Table):
-    """The content of the file."""
+    """Content of a file of statements."""
 
     title: str
     """Title of the page."""
@@ -202,7 +202,7 @@ class Statements(Table):
 
     @property
     def named(self) -> dict[str, list[Statement]]:
-        """The statements of each chapter (`ch4`) and each group (`table3_1`)."""
+        """Statements of each chapter (`ch4`) and of each group (`table3_1`), by name."""
         result: dict[str, list[Statement]] = {}
         for statement in self.statement:
             for name in (*(chapter.key for chapter in self.chapter if chapter.has(statement)), statement.group):
@@ -211,18 +211,18 @@ class Statements(Table):
 
 
 def parse_statements(data: Mapping[str, Any], name: str) -> Statements:
-    """Return the statements in the content of a file.
+    """Check the content of a file, and return it as `Statements`.
 
     Raises
     ------
     ValueError
-        If the data is malformed; one line for each mistake, which begins with `name`.
+        If the data are malformed; the message has one line, which begins with `name`, for each mistake.
     """
     return validate(data, Statements, name)
 
 
 def packs_with_statements() -> list[str]:
-    """Return the names of the packs with statements."""
+    """Return the names of the packs that have statements."""
     return [pack for pack, folder in packs().items() if (folder / FILE).is_file()]
 
 
@@ -242,12 +242,12 @@ def load_statements(pack: str) -> Statements:
 
 
 def selected(statements: Statements, only: Collection[str] = ()) -> tuple[Statement, ...]:
-    """Return the statements of some chapters (`ch4`) and groups (`table3_1`); by default all.
+    """Return the statements of the chapters (`ch4`) and groups (`table3_1`) in `only`; by default all statements.
 
     Raises
     ------
     ValueError
-        If there is no statement with that name.
+        If a name denotes neither a chapter nor a group.
     """
     named = statements.named
     for name in only:

@@ -15,14 +15,14 @@ DRAWN_MODES = 8
 
 
 def campbell_panels(result: CampbellDiagram) -> list[Panel]:
-    """Return natural frequencies over the spin speed, and the line of synchronous speed."""
+    """Return a plot of natural frequencies over the spin speed, with the line of synchronous speed."""
     modes = [curve(f"mode {k}", result.speeds, mode.frequencies) for k, mode in enumerate(result.modes, start=1)]
     synchronous = curve("synchronous", result.speeds, result.speeds, "dashed")
     return [Panel("Damped natural frequencies", "spin speed (rad/s)", "frequency (rad/s)", (*modes, synchronous))]
 
 
 def mode_panels(result: ModeShapes) -> list[Panel]:
-    """Return the shapes of the lowest four pairs of modes along the shaft."""
+    """Return a plot of the mode shapes along the shaft, for the lowest four pairs of modes."""
     frequencies, shapes = result.frequencies.speeds[result.speed].frequencies, result.shapes[result.speed]
     return [
         Panel(
@@ -38,13 +38,13 @@ def mode_panels(result: ModeShapes) -> list[Panel]:
 
 
 def receptance_panels(result: SensorReceptance) -> list[Panel]:
-    """Return the norm of each column of the receptance over the spin speed (5.18)."""
+    """Return a plot of the norm of each column of the receptance over the spin speed (5.18)."""
     norms = 1e6 * np.linalg.norm(result.receptance, axis=1)
     curves = tuple(curve(name, result.speeds, norms[:, k]) for k, name in enumerate(result.forces))
     return [Panel("Norm of the columns of R", "spin speed (Hz)", "|R_i| (um/N)", curves)]
 
 
 def _real(shape: Any) -> Any:
-    """Return a complex shape, rotated so that its largest displacement is real and positive."""
+    """Return the real part of a complex shape that is rotated so that its largest displacement is positive."""
     largest = shape[int(np.argmax(np.abs(shape)))]
     return np.real(shape * np.conj(largest)) / abs(largest)

@@ -1,4 +1,4 @@
-"""Named quantities of studies: each takes a study's result and returns a number in SI units, a list, a text or None."""
+"""Quantities of studies; each is a function of a study's result that returns a number in SI units, a list or a text."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BEYOND_SATURATION = 1e4  # A
 
 @dataclass(frozen=True)
 class ModelInputs:
-    """Start values of the models: values of their parameters by component, and the rotor."""
+    """Start values of the models: the parameters of each component, and the rotor."""
 
     parameters: dict[str, dict[str, float]]
     rotor: Rotor
@@ -62,7 +62,7 @@ def compute(study: str, arguments: dict[str, Any]) -> Any:
 
 
 def parameter(inputs: ModelInputs, component: str, name: str) -> float:
-    """Return the start value of a parameter of a model, in its unit."""
+    """Return the start value of a model's parameter, in the unit of the parameter."""
     return inputs.parameters[component][name]
 
 
@@ -88,12 +88,12 @@ def node_count(inputs: ModelInputs) -> Annotated[float, "1"]:
 
 
 def rolling_ratio(inputs: ModelInputs, site: str) -> Annotated[float, "1"]:
-    """Return the whirl speed of rolling over the spin speed, without sign, R_s/C_r (1) (4.30)."""
+    """Return the ratio R_s/C_r (1) of the whirl speed of rolling to the spin speed, without its sign (4.30)."""
     return parameter(inputs, "rotor_contact", f"{site}.journal_radius") / clearance(inputs, site)
 
 
 def largest_force(inputs: ModelInputs) -> Annotated[float, "N"]:
-    """Return the pull of a saturated coil pair at the nominal gap, both poles at an angle (N) (2.6)."""
+    """Return the pull (N) of a saturated coil pair at the nominal gap, including the angle of both poles (2.6)."""
     from amb_actuator.force import pull
     from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 
@@ -102,7 +102,7 @@ def largest_force(inputs: ModelInputs) -> Annotated[float, "N"]:
 
 
 def synchronous_force(inputs: ModelInputs, unbalance: str, speed: str) -> Annotated[float, "N"]:
-    """Return the rotating force of an unbalance at a spin speed, both with their units, u Omega^2 (N)."""
+    """Return the rotating force u Omega^2 (N) of an unbalance at a spin speed, both given as strings with units."""
     return quantity(unbalance, "kg.m", "unbalance") * quantity(speed, "rad/s", "speed") ** 2
 
 
@@ -114,34 +114,34 @@ def stiffness_at(inputs: ModelInputs, bias: float, static: float) -> Annotated[f
 
 
 def static_load(axis: BearingAxis) -> Annotated[float, "N"]:
-    """Return the static load of an axis at its static current (N)."""
+    """Return the static load (N) of an axis at its static current."""
     return axis.load.own.static_load
 
 
 def static_weight(axis: BearingAxis) -> Annotated[float, "N"]:
-    """Return the static weight of a bearing, carried by two axes at 45 degrees at their static current (N)."""
+    """Return the static weight (N) on a bearing, which two axes at 45 degrees carry at their static current."""
     return math.sqrt(2.0) * static_load(axis)
 
 
 def mode_frequency(modes: ModeShapes, pair: int) -> Annotated[float, "rad/s"]:
-    """Return the mean of the backward and the forward natural frequency (rad/s) of a pair; `pair` counts from 1."""
+    """Return the mean of the backward and forward natural frequencies (rad/s) of a pair; `pair` counts from 1."""
     frequencies = modes.frequencies.speeds[modes.speed].frequencies
     return float(np.mean(frequencies[2 * pair - 2 : 2 * pair]))
 
 
 def mode_kind(modes: ModeShapes, pair: int) -> str:
-    """Return the kind of a pair of modes: `conical`, `cylindrical`, or `flexural` with its crossings."""
+    """Return the kind of a pair of modes: `conical`, `cylindrical`, or `flexural` with the number of its nodes."""
     shape = modes.shapes[modes.speed][2 * pair - 2]
     return f"flexural, {shape.crossings} nodes" if shape.kind == "flexural" else shape.kind
 
 
 def critical_speed(diagram: CampbellDiagram, number: int) -> Annotated[float, "rad/s"]:
-    """Return a critical speed with forward whirl (rad/s); `number` counts from 1."""
+    """Return a critical speed (rad/s) with forward whirl; `number` counts from 1."""
     return critical_speeds(diagram, number)[number - 1]
 
 
 def critical_speeds(diagram: CampbellDiagram, count: int) -> Annotated[list[float], "rad/s"]:
-    """Return the lowest critical speeds with forward whirl (rad/s)."""
+    """Return the lowest critical speeds (rad/s) with forward whirl."""
     return [row.speed for row in diagram.critical_speeds if row.whirl == "forward"][:count]
 
 
@@ -156,6 +156,6 @@ def rotor_length(result: RotorLayout) -> Annotated[float, "m"]:
 
 
 def column_norm(result: SensorReceptance, axis: int, frequency: float) -> Annotated[float, "m/N"]:
-    """Return the norm of a column of the receptance at a speed (Hz), S_i = |R_i| (m/N) (5.18)."""
+    """Return the norm S_i = |R_i| (m/N) of a column of the receptance at a speed (Hz) (5.18)."""
     nearest = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
     return float(np.linalg.norm(result.receptance[nearest][:, axis]))

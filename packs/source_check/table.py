@@ -1,4 +1,4 @@
-"""The statements as Markdown: an overview, counts by verdict, and one table for each chapter."""
+"""The report as Markdown: an overview, counts by verdict, and one table for each chapter."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ MOST_NUMBERS = 4  # displayed numbers of a list
 
 
 def value_text(value: Expected | Computed | None, unit: str = "") -> str:
-    """Return a value with its unit; for a long list, the first and last numbers."""
+    """Return a value with its unit as text; of a long list, only the first and last numbers are included."""
     if value is None:
         return "–"
     if isinstance(value, bool):
@@ -28,12 +28,12 @@ def value_text(value: Expected | Computed | None, unit: str = "") -> str:
 
 
 def stated_text(statement: Statement) -> str:
-    """Return the stated value."""
+    """Return the stated value as text."""
     return RELATIONS[statement.relation] + value_text(statement.value, statement.unit)
 
 
 def ratio_text(item: Judged) -> str:
-    """Return the computed over the stated value: a number, or the smallest and the largest."""
+    """Return the ratio of the computed to the stated value; for a list, the smallest and the largest ratio."""
     if not item.ratios:
         return "–"
     low, high = f"{min(item.ratios):.3g}", f"{max(item.ratios):.3g}"
@@ -41,16 +41,16 @@ def ratio_text(item: Judged) -> str:
 
 
 def converged_text(item: Judged) -> str:
-    """Return the value of the model with more modes, and whether it meets the statement."""
+    """Return the value of the model with more modes as text, and whether it meets the statement."""
     if item.converged_is_met is None:
         return "–"
     return f"{value_text(item.converged, item.statement.unit)}, {'met' if item.converged_is_met else 'not met'}"
 
 
 def remark_text(item: Judged, omitted: str = "") -> str:
-    """Return the reading of a verdict, the reason for a miss, or a remark, and the results of other ways to compute it.
+    """Return the reading of a verdict, the reason for a miss, or a remark, and the results of other computations.
 
-    `omitted` is a reading that is left out, because the page states it elsewhere.
+    `omitted` is a reading that is left out because the page states it elsewhere.
     """
     reading = (
         item.reading if item.verdict in (Verdict.WITH_READING, Verdict.WITHIN_LIMIT) and item.reading != omitted else ""
@@ -62,7 +62,7 @@ def remark_text(item: Judged, omitted: str = "") -> str:
 
 
 def tolerance_text(statement: Statement) -> str:
-    """Return the tolerance of a value, and its reason."""
+    """Return the tolerance of a statement, and the reason for the tolerance."""
     margins = [f"{100.0 * statement.tolerance:g} %"] if statement.tolerance else []
     margins += [_with_unit(f"{statement.absolute:g}", statement.unit)] if statement.absolute else []
     within = f"within {' or '.join(margins)}" if margins else ""

@@ -1,4 +1,4 @@
-"""Verdicts: whether a computed value agrees with a source."""
+"""Verdicts on whether a computed value agrees with a source."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ class Verdict(StrEnum):
 
 
 def meets(statement: Statement, ours: Computed | None) -> bool:
-    """Return whether a value is within the tolerance of a statement.
+    """Return whether a computed value agrees with a statement, within the tolerance of the statement.
 
     |ours - stated| <= max(tolerance |stated|, absolute)
 
-    A limit may be exceeded by the same amount, and a value below the floor of a limit does not meet the limit. In a
-    list, every number must agree. Texts and truth values must be equal.
+    A limit may be exceeded by the same amount. A value below the floor of a limit does not meet the limit. In a list,
+    every number must agree. Texts and truth values must be equal.
 
     Parameters
     ----------
     statement
         The statement, in its unit.
     ours
-        The computed value, in the same unit; None never agrees.
+        The computed value, in the unit of the statement; None never agrees.
     """
     stated = statement.value
     if ours is None or stated is None:
@@ -60,7 +60,7 @@ def judge(statement: Statement, values: list[tuple[Computed | None, str]]) -> tu
     statement
         The statement.
     values
-        Computed values in order of trial, each with its factor or reading (empty if none).
+        Computed values, in the order in which they are tried, each with its factor or reading (empty if there is none).
     """
     if statement.picture:
         return Verdict.PICTURE, 0
@@ -75,7 +75,7 @@ def judge(statement: Statement, values: list[tuple[Computed | None, str]]) -> tu
 
 
 def _when_met(statement: Statement, reading: str) -> Verdict:
-    """Return the verdict on a statement that is met; if several apply, the weakest."""
+    """Return the verdict on a statement that is met; if several verdicts apply, return the weakest."""
     if statement.given:
         return Verdict.GIVEN
     if statement.definition:
@@ -86,7 +86,7 @@ def _when_met(statement: Statement, reading: str) -> Verdict:
 
 
 def ratios(statement: Statement, ours: Computed | None) -> tuple[float, ...]:
-    """Return computed over stated values, for each number that can be divided; empty for texts and limits."""
+    """Return the ratio of computed to stated value for each number other than 0; empty for texts and limits."""
     stated = statement.value
     if statement.relation != "equal" or isinstance(stated, bool | str) or isinstance(ours, bool | str | None):
         return ()

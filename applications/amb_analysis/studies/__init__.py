@@ -1,8 +1,8 @@
 """Studies of a rotor, its bearings and its control; other applications and packs can add more.
 
 Each study is a function that returns a frozen dataclass. `print` shows its tables, and `as_dict()` returns its data. If
-the study has a figure, `figure` draws it, and `save` writes data and figure. Arguments are numbers in SI units or texts
-with a unit, such as "50 Hz".
+the study has a figure, `figure` draws it, and `save` writes the data and the figure. Arguments are numbers in SI units,
+or strings with a unit, such as "50 Hz".
 
     from amb_analysis import studies
     result = studies.campbell(up_to="100 Hz")
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 class Study(NamedTuple):
-    """Module of a study's function (full name, or relative to its package of studies) and a one-line description.
+    """Module of a study's function (full name, or relative to its package of studies), and a one-line description.
 
     Examples
     --------
@@ -51,7 +51,7 @@ class Study(NamedTuple):
     description: str
 
     def of(self, package: str) -> Study:
-        """Return the study with the full name of its module."""
+        """Return this study, with the full name of its module."""
         return self._replace(module=package + self.module) if self.module.startswith(".") else self
 
 
@@ -105,7 +105,7 @@ _GENERAL = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import the function of a study when it is used."""
+    """Import the function of a study when it is first used."""
     if name == "STUDIES":
         return _all_studies()
     study = None if name.startswith("__") else study_of(name)
@@ -116,7 +116,7 @@ def __getattr__(name: str) -> Any:
 
 
 def study_of(name: str) -> Study | None:
-    """Return the study with a name, from this package or another; None if there is none."""
+    """Return the study of that name, from this package or another; None if there is no such study."""
     return _GENERAL.get(name) or _all_studies().get(name)
 
 

@@ -1,4 +1,4 @@
-"""Study of an axis of a magnetic bearing: constants away from the centre, linear range, load capacity, speed."""
+"""Study of one axis of a magnetic bearing: constants away from the centre, linear range, load capacity, slew rate."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ AMPLITUDES = (0.25, 0.5, 1.0)  # of the largest sine of the control current
 
 @dataclass(frozen=True)
 class FullSwing:
-    """Amplitudes of a sinusoidal control current (A) and of its force (N), and the bandwidth (Hz) at that amplitude."""
+    """Amplitude of a sinusoidal control current (A), amplitude of its force (N), and bandwidth (Hz) at this current."""
 
     i_c: Annotated[float, "A"]
     force: Annotated[float, "N"]
@@ -45,7 +45,7 @@ class FullSwing:
 
 @dataclass(frozen=True, eq=False)
 class ForceBandwidth:
-    """The largest sinusoidal force at the centre (N) that the voltage allows, over frequency (Hz)."""
+    """Largest sinusoidal force (N) at the centre that the voltage allows, as a function of frequency (Hz)."""
 
     frequencies: Annotated[Array, "Hz"]
     force_amplitude: Annotated[Array, "N"]
@@ -53,7 +53,7 @@ class ForceBandwidth:
 
 @dataclass(frozen=True)
 class StaticLoad:
-    """Static load (N) of the axis at its static current, and the remaining control force (N) against and along it."""
+    """Static load (N) of the axis at its static current, and remaining control force (N) against and along the load."""
 
     static_load: Annotated[float, "N"]
     up: Annotated[float, "N"]
@@ -62,7 +62,7 @@ class StaticLoad:
 
 @dataclass(frozen=True, eq=False)
 class LoadCurves:
-    """Remaining control force over the static load.
+    """Remaining control force as a function of the static load.
 
     static_load
         Static loads (N), shape (n,).
@@ -83,14 +83,14 @@ class LoadCurves:
 
 @dataclass(frozen=True, eq=False)
 class OperatingMap:
-    """K_s, K_i and linear error over the operating point.
+    """K_s, K_i and the error of the linear law as functions of displacement and control current.
 
     x, i_c
         Displacements up to the retainer (m), shape (m,), and control currents (A), shape (n,).
     k_s, k_i
         Negative stiffness (N/m) and current stiffness (N/A), shape (n, m).
     linear_error
-        Error of the linear law over |K_s x| + |K_i I_c| (1), shape (n, m).
+        Error of the linear law, divided by |K_s x| + |K_i I_c| (1), shape (n, m).
     """
 
     x: Annotated[Array, "m"]
@@ -105,13 +105,13 @@ class BearingAxis(WarnedResult, DrawnResult):
     """Capabilities of an axis of a magnetic bearing.
 
     axis
-        Name of the axis, bearing and direction.
+        Name of the axis: its bearing and direction.
     bias_current, static_current
         Bias and static currents of the coils (A).
     k_s, k_i
         Negative stiffness (N/m) (2.8) and current stiffness (N/A) (2.9) at the centre.
     tolerance
-        Error of the linear law (1) at the limits of its range.
+        Error of the linear law (1) at the limits of the linear range.
     linear_range
         Range in which the linear law holds.
     slew_rate
@@ -121,11 +121,11 @@ class BearingAxis(WarnedResult, DrawnResult):
     full_swing
         Three sinusoidal control currents of ascending amplitude; the last is the largest possible.
     bandwidth
-        Largest sinusoidal force over frequency.
+        Largest sinusoidal force as a function of frequency.
     load
-        Remaining control force over static load.
+        Remaining control force as a function of the static load.
     map
-        K_s, K_i and error of the linear law over displacement and control current.
+        K_s, K_i and the error of the linear law as functions of displacement and control current.
     """
 
     name: ClassVar[str] = "linearisation"
@@ -177,28 +177,28 @@ def linearisation(
     static_current: Number | None = None,
     set: Mapping[str, Raw] | None = None,
 ) -> BearingAxis:
-    """Return K_s and K_i of a bearing axis over (x, I_c), its linear range, load capacity, slew rate and bandwidth.
+    """Return K_s(x, I_c), K_i(x, I_c), linear range, load capacity, slew rate and bandwidth of a bearing axis.
 
     Parameters
     ----------
     scenario
-        Name of a scenario of a pack, or a TOML file, that defines machine and parameters; by default the start values
-        of the actuator.
+        Name of a packaged scenario, or a TOML file, that defines the machine and its parameters. By default, the start
+        values of the actuator are used.
     rotor
         Name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     axis
-        Bearing and direction, `left.x` or `thrust.z`; the first axis by default.
+        Bearing and direction, such as `left.x` or `thrust.z`; the first axis by default.
     bias_current
-        Bias current of the coils (A), or a string with its unit, in place of the axis's.
+        Bias current of the coils (A), or a string with its unit; it replaces the value of the axis.
     static_current
-        Current that carries the static load (A), or a string with its unit, in place of the axis's.
+        Current (A) that carries the static load, or a string with its unit; it replaces the value of the axis.
     set
-        Values of parameters by `component.variable`, numbers or strings with units; they need a scenario.
+        Parameter values by `component.variable`, as numbers or strings with units; they require a scenario.
 
     Raises
     ------
     ValueError
-        If no such axis exists, or the currents leave no room for control currents of both signs.
+        If no such axis exists, or if the bias and static currents do not allow control currents of both signs.
 
     Examples
     --------
@@ -245,10 +245,10 @@ def linearisation(
 def _axis_of(
     scenario: str | Path | None, rotor: str | Path | None, axis: str | None, settings: Mapping[str, Raw]
 ) -> tuple[LoopAxis, dict[str, float], float, tuple[str, ...]]:
-    """Return an axis, its parameters (from a scenario if there is one), the reach of the rotor there (m), and warnings.
+    """Return an axis, its parameters (from a scenario if there is one), the rotor's reach there (m), and warnings.
 
-    The reach is the clearance of the axis's retainer or, along the shaft, of a face. If there is neither, it is the air
-    gap, within which the force law holds.
+    The reach is the smallest clearance of the bearing's retainers or, along the shaft, of the faces. It is never more
+    than the air gap, within which the force law holds.
     """
     if scenario is None and settings:
         raise ValueError(f"{next(iter(settings))} is set without a scenario; name the scenario that it belongs to")
@@ -284,7 +284,7 @@ def _force_amplitude(p: np.record, i_c: Array | float) -> Array:
 
 
 def _load_capacity(p: np.record) -> LoadCurves:
-    """Return the remaining control force over the static load, and its value at the static current of the axis."""
+    """Return the remaining control force as a function of the static load, with its value at the static current."""
 
     def carried(static: float) -> float:
         return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
@@ -295,7 +295,7 @@ def _load_capacity(p: np.record) -> LoadCurves:
 
 
 def _operating_map(p: np.record, clearance: float) -> OperatingMap:
-    """Return K_s, K_i and the error of the linear law over displacement, up to a clearance (m), and control current."""
+    """Return K_s, K_i and the error of the linear law for control currents and displacements up to a clearance (m)."""
     x, i_c = np.linspace(-clearance, clearance, POINTS), np.linspace(*magnetic_bearing.current_range(p), POINTS)
     slopes = magnetic_bearing.linearisation(p, x[None, :], i_c[:, None])
     error = axis_capability.linear_error(p, x[None, :], i_c[:, None])

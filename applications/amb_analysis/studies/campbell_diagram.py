@@ -27,7 +27,7 @@ POINTS = 161  # speeds of the diagram, with those of tables of coefficients
 
 @dataclass(frozen=True, eq=False)
 class ModeOverSpeed:
-    """A mode over the speeds of the diagram.
+    """A mode, followed over the speeds of the diagram.
 
     frequencies
         Damped natural frequencies (rad/s), shape (n,); NaN where the mode does not oscillate.
@@ -44,7 +44,7 @@ class ModeOverSpeed:
 
 @dataclass(frozen=True)
 class CriticalSpeedRow:
-    """A spin speed (rad/s) that equals the damped frequency of a mode, with the number of the mode, counted from 1.
+    """A spin speed (rad/s) that equals the damped frequency of a mode; `mode` is the number of the mode, from 1.
 
     `extrapolated` is true if a table of coefficients does not cover this speed.
     """
@@ -69,13 +69,14 @@ class CampbellDiagram(WarnedResult, DrawnResult):
     critical_speeds
         Crossings of the modes with the synchronous line, ascending.
     coordinates, of
-        Number of coordinates of the analysed model and of the full model.
+        Numbers of coordinates of the analysed model and of the full model.
     error
-        Largest relative error of the modes' eigenvalues compared with the full model, at the lowest and highest speed.
+        Largest relative error of the modes' eigenvalues, compared with the full model at the lowest and the highest
+        speed.
     operating_speed
         Operating speed of the machine (rad/s); None if it is not stated.
     limits
-        Limits of the coefficients of bearings and seals.
+        Validity limits of the coefficients of bearings and seals.
     """
 
     name: ClassVar[str] = "campbell"
@@ -92,7 +93,7 @@ class CampbellDiagram(WarnedResult, DrawnResult):
     limits: Limits = ()
 
     def text(self) -> list[TextBlock]:
-        """Return the table of critical speeds and their accuracy."""
+        """Return a table of the critical speeds, and a line about their accuracy."""
         unit = speed_unit()
         table = text_table(
             f"Critical speeds up to {unit.text(self.speeds[-1])}",
@@ -150,11 +151,11 @@ def campbell(
         Mass matrix, `diagonal` or `consistent`; by default that of the rotor file.
     up_to
         Highest spin speed (rad/s), or a string with its unit; by default 1.25 times `speed`. If `speed` is not given,
-        the default is the highest speed of the rotor file, `[reduction] speed`, or else 6000 rpm.
+        the default is the highest speed that the rotor file states (`[reduction] speed`), or else 6000 rpm.
     count
         Number of modes, the lowest first.
     speed
-        Speed of the machine, marked in the figure.
+        Operating speed of the machine, which the figure marks.
     full
         Whether to analyse the full model instead of the smallest model with eigenvalues accurate to 1e-5.
 

@@ -48,17 +48,17 @@ CLEAR = 0.05  # sense of whirl, from -1 to 1, up to which it is mixed
 
 @dataclass(frozen=True, eq=False)
 class PoleOverSpeed:
-    """A vibration over the speeds of the diagram; NaN where it does not oscillate.
+    """A vibration, followed over the speeds of the diagram; its values are NaN where it does not oscillate.
 
     frequencies
         Damped frequencies |Im s| (rad/s), shape (n,).
     damping_ratios
         -Re s / |s| (1), shape (n,); negative where the loop is not stable.
     decrements
-        Logarithmic decrements, -2 pi Re s / |Im s| (1), shape (n,): the logarithm of the ratio of successive
-        amplitudes.
+        Logarithmic decrements, -2 pi Re s / |Im s| (1), shape (n,). A decrement is the logarithm of the ratio of
+        successive amplitudes.
     whirl
-        Sense of whirl at the bearings, or `axial` along the shaft; None if there is no vibration.
+        Sense of whirl at the bearings, or `axial` for a vibration along the shaft; None where there is no vibration.
     """
 
     frequencies: Annotated[Array, "rad/s"]
@@ -69,7 +69,7 @@ class PoleOverSpeed:
 
 @dataclass(frozen=True)
 class CriticalCrossing:
-    """A speed (rad/s) at which vibration `mode` (first: 1) has the frequency of rotation, and its decrement there."""
+    """A speed (rad/s) at which vibration `mode` (from 1) has the frequency of rotation, and its decrement there."""
 
     mode: int
     speed: float
@@ -85,25 +85,26 @@ class ClosedLoopPoles(MachineResult):
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     poles
-        The slowest vibrations at the first speed, tracked over the other speeds. After these come vibrations that begin
-        at a higher speed: those that have no resonance where they begin, but have one at the last speed and are slower
-        there than the fastest of the vibrations tracked from the first speed.
+        The slowest vibrations at the first speed, tracked over the other speeds. They are followed by vibrations that
+        begin at a higher speed, without a resonance. Such a vibration is included if it has a resonance at the last
+        speed and is slower there than the fastest of those tracked from the first speed.
     least_damped
-        The least damped of all vibrations, followed or not, at any speed of the range, including speeds between those
-        of the diagram; None if there are no vibrations.
+        The vibration with the smallest damping ratio at any speed of the range, including speeds between those of the
+        diagram. It need not be one of `poles`; it is None if there are no vibrations.
     spectral_radii
-        Largest modulus of all poles z at each speed (1), shape (n,), including drifts without vibration; the loop is
-        not stable where it exceeds 1 (`amb_analysis.linear.stability`).
+        Largest modulus of the poles z (1), including drifts without vibration, at each speed, shape (n,). The loop is
+        not stable where this modulus exceeds 1 (`amb_analysis.linear.stability`).
     growth_rates
         Growth rate of the pole with the largest modulus at each speed, ln|z|/T, shape (n,).
     least_stable
         The pole with the largest modulus at the worst speed of the range, which may lie between speeds of the diagram.
     unstable
-        Speeds (rad/s) of the diagram at which the loop is not stable, or the worst speed if it lies between them.
+        Speeds (rad/s) of the diagram at which the loop is not stable. If it is unstable only between these speeds, this
+        is the worst speed.
     operating_speed
         Speed of the scenario (rad/s).
     limits
-        Limits of the coefficients of seals.
+        Validity limits of the coefficients of seals.
     """
 
     name: ClassVar[str] = "poles"
@@ -121,14 +122,14 @@ class ClosedLoopPoles(MachineResult):
 
     @property
     def critical_speeds(self) -> tuple[CriticalCrossing, ...]:
-        """Speeds at which a followed vibration across the shaft has the frequency of rotation, ascending.
+        """Speeds at which a followed lateral vibration has the frequency of rotation, ascending.
 
-        Unbalance does not excite the rotor along its shaft.
+        Axial vibrations are left out, because unbalance does not excite them.
         """
         return tuple(sorted(_crossings(self.speeds, self.poles), key=lambda crossing: crossing.speed))
 
     def text(self) -> list[TextBlock]:
-        """Return tables of the poles at the lowest and highest speed, critical speeds, and unstable speeds."""
+        """Return a table of the poles at the lowest and highest speed, and lines about critical and unstable speeds."""
         unit, cycles = speed_unit(), frequency_unit()
         table = text_table(
             f"{self.rotor}: poles of the closed loop",
@@ -159,7 +160,7 @@ class ClosedLoopPoles(MachineResult):
 
     @property
     def unstable_ranges(self) -> tuple[tuple[float, float], ...]:
-        """First and last speeds (rad/s) of the ranges in which the loop is not stable."""
+        """First and last speed (rad/s) of each range in which the loop is not stable."""
         speeds = np.unique([*self.speeds, *self.unstable])
         numbers = np.flatnonzero(np.isin(speeds, self.unstable))
         pieces = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1) if len(numbers) else []
@@ -192,16 +193,16 @@ def poles(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> ClosedLoopPoles:
-    """Return frequencies, damping and sense of whirl of the vibrations of a levitated rotor over its spin speed.
+    """Return the frequency, damping and whirl of the vibrations of a levitated rotor as functions of its spin speed.
 
-    The result is the Campbell diagram of the levitated machine: s = ln(z) / T, where z are the eigenvalues of the
-    sampled loop (`amb_cosim.linearise`). A vibration faster than half the sample rate is shown at its true frequency,
-    which is that of the rotor's mode.
+    The result is the Campbell diagram of the levitated machine: s = ln(z) / T, where z is an eigenvalue of the sampled
+    loop (`amb_cosim.linearise`). A vibration faster than half the sample rate is shown at its true frequency, which is
+    that of the rotor's mode.
 
     Parameters
     ----------
     scenario, rotor, controller
-        Machine, its parameters and its control (`studies.inputs.controlled`).
+        The machine with its parameters, its rotor and its controller, as for `studies.inputs.controlled`.
     up_to
         Highest spin speed (rad/s), or a string with its unit; by default 1.5 times the speed of the scenario, or 628
         rad/s if the scenario's speed is 0.
@@ -209,7 +210,7 @@ def poles(
         Number of vibrations to follow from the lowest speed, the slowest first. Slow vibrations that begin at a higher
         speed, such as the precession of a gyroscopic rotor in damped bearings, are followed as well.
     set, flavour
-        Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
+        Parameter values by `component.variable`, as numbers or strings with units, and the flavour of the FMUs.
 
     Raises
     ------
@@ -259,9 +260,10 @@ def poles(
 def _about_crossings(
     loop: Loop, speeds: Array, result: list[Vibrations], count: int
 ) -> tuple[Array, list[Vibrations], list[list[int | None]]]:
-    """Return speeds (rad/s), vibrations there and their tracks, with samples close to each critical speed.
+    """Return speeds (rad/s), the vibrations there and their tracks, after adding speeds close to each critical speed.
 
-    The next sample is where the secant through the samples on both sides of a crossing meets the frequency of rotation.
+    Each added speed is the one at which the secant through the samples on both sides of a crossing meets the frequency
+    of rotation.
     """
     for _ in range(ROUNDS):
         tracks = _tracks(result, count)
@@ -276,10 +278,10 @@ def _about_crossings(
 
 
 def _tracks(result: list[Vibrations], count: int) -> list[list[int | None]]:
-    """Return the tracks of the `count` slowest vibrations at the first speed, and of some that begin later.
+    """Return the tracks of the `count` slowest vibrations at the first speed, and of some vibrations that begin later.
 
     A later vibration is included if it begins without a resonance, has a resonance at the last speed, and is slower
-    there than one of the `count` vibrations.
+    there than the fastest of the `count` vibrations.
     """
     tracks, ratios = followed(result, count), result[-1].ratios()
     fastest = max((track[-1] for track in tracks if track[-1] is not None), default=-1)
@@ -314,7 +316,7 @@ def _crossings(speeds: Array, followed_poles: Sequence[PoleOverSpeed]) -> Iterat
 
 
 def whirl_of(sense: float) -> Direction:
-    """Return the whirl for a sense from -1 (backward) to 1 (forward), or `axial` for NaN."""
+    """Return the whirl direction for a sense of whirl from -1 (backward) to 1 (forward), or `axial` for NaN."""
     if math.isnan(sense):
         return "axial"
     return "mixed" if abs(sense) <= CLEAR else "forward" if sense > 0.0 else "backward"

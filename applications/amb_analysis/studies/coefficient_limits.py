@@ -1,6 +1,6 @@
-"""Limits of the coefficients of bearings and seals, and the results that lie beyond these limits.
+"""Validity limits of the coefficients of bearings and seals, and notes on results beyond these limits.
 
-A table of coefficients over the spin speed has a lowest and a highest speed; outside this range, the coefficients at
+A table of coefficients over the spin speed has a lowest and a highest speed. Outside this range, the coefficients at
 the nearest speed are used. If coefficients of an imported part depend on the whirl frequency, their values at one
 frequency are used.
 """
@@ -21,14 +21,14 @@ EXTRAPOLATED = "extrapolated"  # mark of a result at a speed outside a table
 
 @dataclass(frozen=True)
 class CoefficientLimits:
-    """Limits of the coefficients of some bearings and seals.
+    """Validity limits that the coefficients of some bearings and seals share.
 
     parts
         Names of these bearings and seals.
     lowest, highest
         First and last spin speed (rad/s) of their tables; None for constant coefficients.
     whirl_frequency
-        Whirl frequency (rad/s) of coefficients that depend on it; None if they do not.
+        Whirl frequency (rad/s) at which the coefficients were evaluated; None if they do not depend on it.
     """
 
     parts: tuple[str, ...]
@@ -37,7 +37,7 @@ class CoefficientLimits:
     whirl_frequency: Annotated[float | None, "rad/s"]
 
     def cover(self, Omega: float) -> bool:
-        """Whether a spin speed (rad/s) is within the tables."""
+        """Return whether a spin speed (rad/s) is within the tables."""
         return self.lowest is None or self.highest is None or self.lowest <= Omega <= self.highest
 
 
@@ -45,7 +45,7 @@ Limits = tuple[CoefficientLimits, ...]
 
 
 def limits_of(parts: Iterable[Bearing]) -> Limits:
-    """Return the limits of bearings and seals; those with the same limits form a group."""
+    """Return the validity limits of bearings and seals; parts with the same limits form a group."""
     groups: dict[tuple[float | None, float | None, float | None], list[str]] = {}
     for part in parts:
         ends = (part.at_speed[0].speed, part.at_speed[-1].speed) if part.at_speed else (None, None)
@@ -55,19 +55,19 @@ def limits_of(parts: Iterable[Bearing]) -> Limits:
 
 
 def is_extrapolated(limits: Limits, Omega: float) -> bool:
-    """Return whether the coefficients at a spin speed (rad/s) are those of another speed, at the end of a table."""
+    """Return whether a spin speed (rad/s) is outside a table, so that the coefficients at its end are used."""
     return not all(group.cover(Omega) for group in limits)
 
 
 def covered_speeds(limits: Limits) -> tuple[float, float]:
-    """Return the first and last speed (rad/s) that all tables cover; the last is lower if tables do not overlap."""
+    """Return the first and last speed (rad/s) that all tables cover; if tables do not overlap, the last is lower."""
     lowest = max((group.lowest for group in limits if group.lowest is not None), default=-math.inf)
     highest = min((group.highest for group in limits if group.highest is not None), default=math.inf)
     return lowest, highest
 
 
 def limit_notes(limits: Limits, speeds: Iterable[float] | Array) -> list[str]:
-    """Return sentences about the tables that do not cover some speeds (rad/s), and about frozen coefficients."""
+    """Return sentences about tables that do not cover all of the speeds (rad/s), and about frozen coefficients."""
     unit, speeds = speed_unit(), [float(Omega) for Omega in speeds]
     notes = []
     for group in limits:
@@ -83,5 +83,5 @@ def limit_notes(limits: Limits, speeds: Iterable[float] | Array) -> list[str]:
 
 
 def frozen_at(frequency: float) -> str:
-    """Return the whirl frequency (rad/s) of frozen coefficients in words."""
+    """Return a clause that states the whirl frequency (rad/s) at which coefficients are frozen."""
     return f"coefficients are those at a whirl frequency of {frequency_unit().text(frequency)}"

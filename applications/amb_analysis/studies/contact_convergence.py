@@ -1,4 +1,4 @@
-"""Study of the convergence of contact forces with modes, mesh, substeps and steps, over perturbed starts.
+"""Study of how contact forces converge with modes, mesh, substep and communication step, over perturbed starts.
 
 A contact force has converged if neither twice as many modes nor a shorter communication step changes it. If changing
 the clearances by a millionth changes the runs substantially, the case is chaotic. A single run then proves nothing, so
@@ -45,10 +45,11 @@ CHAOTIC = 0.05  # relative scatter of a peak force over starts
 
 @dataclass(frozen=True)
 class ConvergenceRow:
-    """A run in the result: what varies, its label and position on an axis, its start, its contact (`CaseResult`).
+    """A run in the result: what varies, its label and its position on an axis, its start, and its `CaseResult`.
 
     change
-        Largest relative change of a site's peak force from the scenario's run (%); None if there is no contact.
+        Largest relative change (%) of a site's peak force, compared with the run of the scenario; None if there is no
+        contact.
     """
 
     varied: str
@@ -64,12 +65,13 @@ class ConvergenceRow:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactConvergence(MachineResult):
-    """Contact of a scenario with other modes, meshes, substeps, communication steps and starts.
+    """Contact in a scenario, with varied modes, meshes, substeps, communication steps and starts.
 
     rows
         The run of the scenario, followed by the others.
     scatter
-        Largest scatter of a peak force over the starts, (largest - smallest) / median (%); None if there are none.
+        Largest scatter of a peak force over the starts, (largest - smallest) / median (%); None if there are no
+        perturbed starts.
     change
         Largest change of a peak force with twice as many modes (%); None if modes do not vary. If the case is chaotic,
         medians over the starts are compared.
@@ -92,7 +94,7 @@ class ContactConvergence(MachineResult):
     chaotic: bool | None
 
     def text(self) -> list[TextBlock]:
-        """Return a table of peak forces, impulses and outcomes, and explanatory lines."""
+        """Return a table of peak forces, impulses and outcomes, and lines that explain it."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.sites))
         columns = ("peak (N)", "1 ms (N)", "impact (N s)", "impulse (N s)")
         headings = [f"{name_label(site)} {what}" for site in sites for what in columns]
@@ -161,28 +163,29 @@ def convergence(
     flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> ContactConvergence:
-    """Return contact forces and outcome of a scenario over modes, mesh, substep, step and perturbed starts.
+    """Return the contact forces and the outcome of a scenario for varied modes, mesh, substep, step and start.
 
     The varied modes are those that Craig and Bampton's method retains in addition to the planes; a rotor condensed to
-    its planes has none. The meshes have `accuracy` values in `[mesh]` from 1e-2 to 1e-4 (1e-3 for diagonal mass). The
-    mesh of the file is also used with the other mass matrix.
+    its planes has none. The meshes have the accuracies 1e-2, 1e-3 and, for a consistent mass matrix, 1e-4 (`accuracy`
+    in `[mesh]`). The mesh of the file is also used with the other mass matrix.
 
     Parameters
     ----------
     scenario
-        Name of a scenario of a pack, or a TOML file; by default the packs' default scenario.
+        Name of a packaged scenario, or a TOML file; by default the packs' default scenario.
     rotor
         Name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     set
         Values by `component.variable` that replace the scenario's.
     starts
-        Number of runs with clearances that differ by 1e-6; this many are made for the scenario, for twice as many modes
-        and for the shortest communication step. 0 for none.
+        Number of perturbed starts, whose clearances differ by a relative 1e-6 from one start to the next. The study
+        makes this many additional runs for the scenario, for twice as many modes, and for the shortest communication
+        step.
     flavour
         Flavour of the FMUs.
     progress
-        Whether to display a bar (default in a terminal and a notebook), or a function called with the number of
-        finished runs and of all runs.
+        Whether to display a bar (default in a terminal and a notebook), or a function that is called with the number of
+        finished runs and the number of all runs.
 
     Raises
     ------
@@ -229,12 +232,12 @@ def convergence(
 
 
 def _furthest(cases: Sequence[ConvergenceCase], varied: str) -> list[ConvergenceCase]:
-    """Return the case with the most modes or the shortest communication step; empty if these do not vary."""
+    """Return a list of the case with the most modes, or the shortest communication step; empty if none varies this."""
     return sorted((case for case in cases if case.varied == varied), key=lambda case: case.value)[-1:]
 
 
 def _with_starts(cases: Sequence[ConvergenceCase], starts: int) -> list[ConvergenceCase]:
-    """Return the cases, each followed by its repetitions from perturbed starts."""
+    """Return the cases, each followed by repetitions of it from perturbed starts."""
     return [replace(case, start=k) for case in cases for k in range(starts + 1)]
 
 
@@ -244,7 +247,7 @@ def _row(case: ConvergenceCase, result: CaseResult, base: CaseResult) -> Converg
 
 
 def _forces(results: Sequence[CaseResult], force: str) -> dict[str, Array]:
-    """Return a force (`peak_force` or `mean_force`) of each run at each site that any run touched."""
+    """Return the `peak_force` or `mean_force` of each run, by site, for all sites that any run touched."""
     sites = dict.fromkeys(site for result in results for site in result.sites)
     return {s: np.array([getattr(r.sites[s], force) if s in r.sites else 0.0 for r in results]) for s in sites}
 
@@ -258,7 +261,7 @@ def _scatter(results: Sequence[CaseResult]) -> float:
 
 
 def _change(results: Sequence[CaseResult], base: Sequence[CaseResult], force: str = "peak_force") -> float:
-    """Return the largest relative change of the median of a force at a site (%)."""
+    """Return the relative change of the median of a force (%), at the site where it is largest."""
     before, after = ({s: float(np.median(f)) for s, f in _forces(runs, force).items()} for runs in (base, results))
     return max(
         (100.0 * abs(after.get(site, 0.0) / value - 1.0) for site, value in before.items() if value > 0.0), default=0.0

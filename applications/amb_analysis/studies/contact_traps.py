@@ -70,23 +70,25 @@ class Traps(MachineResult):
     sites
         Contact sites.
     loop_growth, loop_frequency
-        Growth rate (1/s) and whirl frequency (rad/s) of the rotor without contact; if the rate is positive, the loop is
-        unstable.
+        Growth rate (1/s) and whirl frequency (rad/s) of the rotor without contact; the loop is unstable if the growth
+        rate is positive.
     kind
         Possible behaviour at this speed and unbalance.
     states
         All synchronous states at this speed and unbalance.
     own
-        Whirls with frequencies near the spin speed that last long without unbalance.
+        Whirls at frequencies near the spin speed, which last for a long time without unbalance.
     sustained, rolling
-        Whirls at the machine's speed that need no unbalance, with slip and without slip (rolling).
+        Whirls that last without unbalance at the machine's speed, with slip and without slip (rolling).
     least_trapping
-        Smallest unbalance with a stable contact at the machine's speed (kg m); None if there is none on the map.
+        Smallest unbalance (kg m) at which a stable contact exists at the machine's speed; None if no unbalance of the
+        map traps at this speed.
     touching, trapping
-        Smallest unbalance (kg m) at any speed of the map at which the contact-free orbit touches a site, and at which a
-        stable contact exists, each with its speed (rad/s); `trapping` is None if no unbalance of the map traps.
+        Smallest unbalance (kg m), over the speeds of the map, at which the contact-free orbit touches a site, and the
+        smallest at which a stable contact exists. Each is given with its speed (rad/s); `trapping` is None if no
+        unbalance of the map traps.
     grade_limit, grade_limit_at_speed
-        Unbalance that balancing grade G 2.5 allows (kg m) at each speed of the map, shape (n,), and at the machine's
+        Unbalance (kg m) that balancing grade G 2.5 allows: at each speed of the map, shape (n,), and at the machine's
         speed.
     smallest_force
         Smallest additional currents of the bearings that leave no state in contact; None if there are no such currents,
@@ -101,11 +103,11 @@ class Traps(MachineResult):
     least_trapping_over_speed
         Smallest unbalance that traps at each speed (kg m), shape (n,); NaN if no unbalance of the map traps.
     curves, orbits
-        All states over speed at the machine's unbalance, and contact-free orbits at the sites (m).
+        All states at the machine's unbalance as functions of speed, and the contact-free orbits at the sites (m).
     clearances
         Clearances of the sites (m).
     notes
-        Approximations, in sentences.
+        Sentences about the approximations.
     """
 
     name: ClassVar[str] = "traps"
@@ -137,7 +139,7 @@ class Traps(MachineResult):
     notes: tuple[str, ...]
 
     def text(self) -> list[TextBlock]:
-        """Return the states of the machine, what frees it, and the approximations."""
+        """Return the states of the machine, what frees the rotor, and the approximations."""
         unit = speed_unit()
         force = force_unit(max((N for state in self.states for N in state.normal_forces.values()), default=0.0))
         table = text_table(
@@ -243,7 +245,7 @@ def traps(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> Traps:
-    """Return where a rotor under control can stay in contact over speed and unbalance, and what frees it.
+    """Return the speeds and unbalances at which a rotor under control can stay in contact, and what frees it.
 
     The result contains all synchronous states (`synchronous_states`), their stability, the map, and the smallest force
     that frees the rotor.
@@ -251,18 +253,20 @@ def traps(
     Parameters
     ----------
     scenario, rotor, controller
-        Machine, control, and final speed and unbalance (`studies.inputs.controlled`).
+        The machine with its rotor and its controller, as for `studies.inputs.controlled`, and its final speed and
+        unbalance.
     speed
-        Spin speed at the machine's point (rad/s), or a string with its unit.
+        Spin speed (rad/s) of the machine, or a string with its unit; by default the final speed of the scenario.
     unbalance, place
-        Unbalance at the machine's point (kg m), or a string with its unit, and its disc. By default the unbalance of
-        the scenario; the map multiplies the unbalances of all places by one factor.
+        Unbalance (kg m) of the machine, or a string with its unit, and the disc that carries it. By default, the
+        machine has the unbalance of the scenario. The map multiplies the unbalances of all places by one factor.
     up_to, unbalance_up_to
-        Highest speed and largest unbalance of the map. By default, the map extends to twice the machine's speed, and to
-        an unbalance that covers trapping at any of these speeds, touching, and twice the machine's unbalance. If
-        nothing traps, it also covers ten times the limit of G 2.5 at the machine's speed.
+        Highest speed and largest unbalance of the map. By default, the map extends to twice the machine's speed. The
+        default largest unbalance exceeds the smallest unbalances that touch and trap at these speeds, and is at least
+        twice the machine's unbalance. If nothing traps, it is also at least ten times the limit of G 2.5 at the
+        machine's speed.
     set, flavour
-        Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
+        Parameter values by `component.variable`, as numbers or strings with units, and the flavour of the FMUs.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Description of a controller file: connections, phases at modes, poles."""
+"""Description of a controller file: its connections, their phases at the modes of a rotor, and its poles."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class LawPath:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ControllerDescription(DrawnResult):
-    """A controller at a speed of its table (rad/s), its responses at `omega` (rad/s), and the modes of a rotor."""
+    """A controller at one speed of its table (rad/s), its responses at `omega` (rad/s), and the modes of a rotor."""
 
     name: ClassVar[str] = "controller"
 
@@ -75,7 +75,7 @@ class ControllerDescription(DrawnResult):
         }
 
     def text(self) -> list[TextBlock]:
-        """Return a line about states and sampling, and the table of the connections."""
+        """Return a line about the states and the sampling, and the table of the connections."""
         data = self.as_dict()
         headings = (
             "signal",
@@ -96,7 +96,7 @@ class ControllerDescription(DrawnResult):
 
 
 def describe_controller(file: Path, speed: str, modes: Sequence[float]) -> ControllerDescription:
-    """Return a file's description at the nearest speed of its table, with modes (rad/s) below the Nyquist frequency.
+    """Describe a controller at the speed of its table nearest to `speed`, with the modes (rad/s) below Nyquist.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def describe_controller(file: Path, speed: str, modes: Sequence[float]) -> Contr
 
 
 def response(law: Law, omega: Array, sample_time: float | None) -> Complex:
-    """Return the `harmonic_response` of a law at frequencies (rad/s), shape (n, n_demands, n_signals)."""
+    """Return the `harmonic_response` of a law at angular frequencies (rad/s), shape (n, n_demands, n_signals)."""
     return np.asarray([harmonic_response(law, point, sample_time) for point in omega])  # memory as of one
 
 
@@ -127,9 +127,10 @@ def frequencies(controller: LinearController) -> Array:
 def connections(
     controller: LinearController, omega: Array, speed: float, continuous: Law | None, modes: Sequence[float] = ()
 ) -> list[LawPath]:
-    """Return the connections of a controller at a speed of its table, with responses of a continuous law if it has one.
+    """Return the connections of a controller at one speed of its table, with their responses.
 
-    All responses include the controller's `delay`, which is exp(-j omega delay T) for the sampled law.
+    The responses of the continuous law are included if there is one. All responses include the controller's `delay`,
+    which multiplies them by exp(-j omega delay T).
     """
 
     def delayed(values: Complex, at: Array) -> Complex:
@@ -160,10 +161,10 @@ def connections(
 
 
 def gains_at_rest(law: Law, sample_time: float) -> Array:
-    """Return the static gains of a sampled law, infinite where it integrates, shape (n_demands, n_signals).
+    """Return the static gains of a sampled law, shape (n_demands, n_signals), which are infinite where it integrates.
 
-    This is the limit for vanishing frequency: infinite for a gain proportional to 1/omega, and zero for a gain
-    proportional to omega.
+    The static gain is the limit as the frequency approaches zero, so it is infinite for a gain proportional to 1/omega,
+    and zero for a gain proportional to omega.
     """
     slow = AT_REST * np.pi / sample_time
     gain, slower = np.abs(response(law, np.array([slow, 0.1 * slow]), sample_time))

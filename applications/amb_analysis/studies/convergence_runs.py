@@ -1,4 +1,4 @@
-"""Runs of the study of convergence: a scenario with other models of its rotor, other substeps and other starts."""
+"""Runs of the convergence study: a scenario with other rotor models, substeps, communication steps and starts."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ class ConvergenceCase:
     """A run of a scenario, in which `settings` replace its values.
 
     varied, label, value
-        What differs from the scenario (`modes`, `mesh`, `substep` or `step`, or `scenario` if nothing does), its label,
-        and its position on an axis.
+        What differs from the scenario (`modes`, `mesh`, `substep` or `step`; `scenario` if nothing does), the label of
+        the run, and its position on an axis.
     substep
-        Factor on the longest substep. The longest substep is that of the scenario; for another rotor, it is at most
-        that rotor's start value.
+        Factor on the longest substep. The scenario gives the longest substep; for another rotor, it is at most the
+        start value for that rotor.
     step
         Factor on the communication step.
     start
-        Number of the perturbed start: clearances are larger by `start` times `START`.
+        Number of the perturbed start; clearances are multiplied by 1 + `start` times `START`.
     """
 
     scenario: Scenario
@@ -62,14 +62,15 @@ class ConvergenceCase:
 
 @dataclass(frozen=True)
 class Contact:
-    """Contact at a site over a run.
+    """Contact at one site during a run.
 
     peak_force
         Largest normal force (N), including forces within steps but not impact impulses.
     mean_force
-        Largest normal force averaged over `contact_forces.WINDOW`, including impacts (N).
+        Largest average of the normal force over `contact_forces.WINDOW`, including impacts (N).
     peak_impulse, impulse
-        Largest normal impulse of the impacts in a step, and the impulse of impacts and forces over the run (N s).
+        Largest normal impulse (N s) of the impacts within a step, and total impulse (N s) of impacts and forces over
+        the run.
     """
 
     peak_force: float
@@ -93,7 +94,7 @@ class CaseResult:
 
 
 def varied_cases(base: ConvergenceCase) -> Iterator[ConvergenceCase]:
-    """Yield the runs whose modes, mesh, substep or communication step differs from that of `base`."""
+    """Yield the runs that differ from `base` in the modes, the mesh, the substep or the communication step."""
     rotor = load_rotor(base.scenario.rotor)
     shapes, all_shapes = elastic_shapes(rotor)
     if rotor.reduction.method != "none":
@@ -123,7 +124,7 @@ def _with(rotor: Rotor, base: ConvergenceCase, **changes: Any) -> ConvergenceCas
 
 
 def _meshed(source: RotorSource, tables: Tables, coordinates: int) -> Rotor | None:
-    """Return a rotor on another mesh; None if it has too few nodes for its coordinates, or more than `MOST_NODES`."""
+    """Return a rotor on another mesh; None if the mesh has too few nodes for the coordinates, or over `MOST_NODES`."""
     try:
         rotor = load_rotor(source, tables)
     except ValueError:  # the mesh cannot be that fine

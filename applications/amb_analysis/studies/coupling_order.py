@@ -27,7 +27,7 @@ NAMES: Mapping[Coupling, str] = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jaco
 
 @dataclass(frozen=True)
 class CouplingRun:
-    """Order and loop of the master, fraction of the scenario's step, and whether the controller uses a prediction."""
+    """Order and loop of the master, divisor of the scenario's step, and whether the controller uses a prediction."""
 
     coupling: Coupling
     parts: int
@@ -36,7 +36,7 @@ class CouplingRun:
 
     @property
     def name(self) -> str:
-        """Name of the order."""
+        """Name of the order, which mentions the prediction and the plain loop if they are used."""
         return NAMES[self.coupling] + ", predicting" * self.predicts + ", plain loop" * (self.loop == "plain")
 
 
@@ -45,11 +45,11 @@ class OrderRow:
     """A run.
 
     order, step
-        Name of the order; communication step (s).
+        Name of the order, and communication step (s).
     orbit
         Largest radius at each bearing in the cycle before the scenario's step change, or in the last cycle (mm).
     deviation
-        Largest relative difference of an orbit from that of the first run (1).
+        Largest relative difference (1) between an orbit and the same orbit in the first run.
     outcome
         Outcome of the step change, or of the run if there is no step change, or the reason for an early end.
     last_contact
@@ -69,7 +69,7 @@ class OrderRow:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CouplingOrders(WarnedResult, DrawnResult):
-    """Runs of a scenario with several orders and steps of the master, compared with the first run."""
+    """Runs of a scenario with several orders and steps of the master, each compared with the first run."""
 
     name: ClassVar[str] = "coupling"
 
@@ -106,12 +106,12 @@ def coupling(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> CouplingOrders:
-    """Return orbit, outcome and cost of a scenario for each order and communication step of the master.
+    """Return the orbit, outcome and cost of a scenario for each order and communication step of the master.
 
     Parameters
     ----------
     scenario
-        Name of a scenario of a pack, or a TOML file; by default the packs' default scenario. The study compares the
+        Name of a packaged scenario, or a TOML file; by default the packs' default scenario. The study compares the
         scenario's communication step and fractions of it.
     rotor
         Name of a packaged rotor, or a rotor file, to use instead of the scenario's.
@@ -140,7 +140,7 @@ def coupling(
 def simulated(
     run: CouplingRun, scenario: Scenario, settings: Mapping[str, Raw], options: RunOptions
 ) -> tuple[OrderRow, float]:
-    """Return a run of a scenario, with deviation and cost still 0, and the shortest run time (s)."""
+    """Return the row of a run, whose deviation and cost are still 0, and the shortest of its run times (s)."""
     step = scenario.step_size("gauss_seidel") / run.parts
     changed = scenario.model_copy(update={"coupling": run.coupling, "communication_step": step})
     ahead = delay(run.coupling, step) if run.predicts else 0.0

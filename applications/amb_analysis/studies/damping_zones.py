@@ -1,4 +1,4 @@
-"""Zones of damping, given by the logarithmic decrements at which they end, and damping as text."""
+"""Damping zones, each given by the logarithmic decrement at its upper end, and damping ratios as text."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def damping_ratio(decrement: float) -> float:
 
 
 def damping_cells(ratio: float, frequency: float, whirl: Whirl) -> tuple[str, str]:
-    """Return the damping ratio and the whirl of a mode (frequency in rad/s) as texts, with a mark if it grows.
+    """Return the damping ratio and the whirl of a mode (frequency in rad/s) as text, with a mark if the mode grows.
 
     A mode grows if its damping ratio is below zero by more than the rounding error. Near rest, rounding causes an error
     of `AT_REST` squared in the square of an eigenvalue.

@@ -33,21 +33,21 @@ KEPT = 16  # reduced rotors of the last values
 
 @dataclass(frozen=True)
 class FittedMachine:
-    """A rotor and its support as a function of fitted numbers.
+    """A rotor and its support, as a function of fitted numbers.
 
     loop, Omega
         Support of the rotor, and spin speed (rad/s).
     free
-        Fitted parameters, first of the rotor file and then of components.
+        Fitted parameters: first those of the rotor file, then those of components.
     rotor_parameters, loop_parameters
-        Numbers of the rotor file, and of the machine's components; the latter is None if there is no machine.
+        Parameters of the rotor file, and parameters of the machine's components; the latter are None without a machine.
     source, stated
-        The rotor file, and the content of a scenario file for the machine: its base, and what replaces its rotor or
-        FMUs.
+        The rotor file, and the content of a scenario file for the machine. This content names the base of the scenario
+        and any replacements of its rotor or FMUs.
     settings, flavour
-        Values that replace those of the scenario, and flavour of the FMUs.
+        Values that replace values of the scenario, and flavour of the FMUs.
     places
-        Places that have a node.
+        Places at which the rotor must have a node.
     """
 
     loop: Loop
@@ -75,7 +75,7 @@ class FittedMachine:
         settings: Mapping[str, Raw],
         flavour: Flavour,
     ) -> FittedMachine:
-        """Read the files of a scenario, a rotor and a controller as for `rotor_fit.fit`; names are keys of `bounds`.
+        """Read the files of a scenario, a rotor and a controller; the keys of `bounds` are the parameters to fit.
 
         Raises
         ------
@@ -104,22 +104,22 @@ class FittedMachine:
         return cls(loop, Omega, tuple(free), of_rotor, of_loop, source, stated, settings, flavour)
 
     def with_places(self, places: Sequence[Place]) -> FittedMachine:
-        """Return the machine with nodes at places, which do not move with the parameters."""
+        """Return the machine with nodes at these places; the nodes do not move when the parameters change."""
         positions = [place.position for place in places if place.position is not None]
         rotor_parameters = RotorParameters.load(self.source, self.rotor_parameters.names, positions)
         return replace(self, places=tuple(places), rotor_parameters=rotor_parameters)
 
     @property
     def start(self) -> tuple[float, ...]:
-        """Values of the parameters in the files."""
+        """Values that the parameters have in the files."""
         return (*self.rotor_parameters.start, *(self.loop_parameters.start if self.loop_parameters else ()))
 
     def rotor_with(self, values: Array | Sequence[float]) -> Rotor:
-        """Return the rotor with other values."""
+        """Return the rotor with other values of its parameters."""
         return self.rotor_parameters.rotor_with(self._split(values)[0])
 
     def structure_with(self, values: Array | Sequence[float]) -> Structure:
-        """Return the rotor and its support with other values; reduced models of the most recent rotors are reused."""
+        """Return the rotor and its support with other values of the parameters; recent reduced rotors are reused."""
         of_rotor, of_loop = self._split(values)
         structure = self._rotors(of_rotor)
         if self.loop_parameters is None:
@@ -135,7 +135,7 @@ class FittedMachine:
         return numbers[:count], numbers[count:]
 
     def warnings(self, values: Array | Sequence[float]) -> tuple[str, ...]:
-        """Return warnings of the plan or the rotor at the start, and a note if some values make the loop unstable."""
+        """Return warnings about the unfitted machine or rotor, and a note if the values make the loop unstable."""
         if self.loop_parameters is None:
             return tuple(implausible_sizes(self.rotor_with(self.start)))
         result = self.loop_parameters.machine.prepared.warnings
@@ -147,7 +147,7 @@ class FittedMachine:
         return result
 
     def files_with(self, values: Array | Sequence[float]) -> dict[str, str]:
-        """Return the texts of the rotor file and of a scenario file with other values, by name of the file."""
+        """Return the text of each file with the fitted values, by name: the rotor file, and a scenario file."""
         files, (of_rotor, _) = {}, self._split(values)
         if of_rotor or self.loop_parameters is None:
             files[ROTOR_FILE] = tomli_w.dumps(self.rotor_parameters.data_with(of_rotor))  # type: ignore[arg-type]
@@ -156,7 +156,7 @@ class FittedMachine:
         return files
 
     def _scenario_data(self, values: Array | Sequence[float], has_rotor: bool) -> dict[str, Any]:
-        """Return the content of a scenario whose plan has these values, and otherwise the values that the fit used."""
+        """Return the content of a scenario with the fitted values; all other values are those that the fit used."""
         assert self.loop_parameters is not None
         prepared = self.loop_parameters.machine.prepared
         system, data = prepared.assembly.system, {**self.stated, **({"rotor": ROTOR_FILE} if has_rotor else {})}
@@ -176,7 +176,7 @@ class FittedMachine:
         return {**data, "parameters": parameters}
 
     def _pinned(self, values: Array | Sequence[float]) -> dict[str, dict[str, float]]:
-        """Return parameters that a plan would derive from these values, but with the values that the fit used."""
+        """Return the parameters, as used in the fit, whose values differ from those that a plan would derive."""
         assert self.loop_parameters is not None
         machine = self.loop_parameters.machine_with(self._split(values)[1], self.rotor_with(values))
         prepared = machine_of(self._prepared(values, {}))
@@ -193,5 +193,5 @@ class FittedMachine:
 
 
 def _path(source: str | Path) -> str:
-    """Return a path that does not depend on the working folder; the name of a packaged file is unchanged."""
+    """Return a path that does not depend on the working folder; names of packaged files remain unchanged."""
     return str(Path(source).resolve()) if Path(source).is_file() else str(source)

@@ -1,4 +1,4 @@
-"""Study of frequency responses of a rotor, free or in its machine, computed and compared with measured ones."""
+"""Study of computed frequency responses of a rotor, free or in its machine, compared with measured responses."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class ComputedResponse:
     """A computed response and, if there is a measurement, the measured response.
 
     unit
-        Unit of both.
+        Unit of both responses.
     frequencies
         Frequencies (Hz), shape (n,).
     computed, measured
@@ -57,7 +57,7 @@ class ComputedResponse:
     coherence
         Coherence of the measurement (1), shape (n,).
     deviation
-        Deviation of the computed response.
+        Deviation of the computed response from the measured one.
     """
 
     unit: str
@@ -81,7 +81,7 @@ class FrequencyResponses(WarnedResult, DrawnResult):
     responses
         Responses by name, `output/input`.
     modes
-        Modes of the measured responses, each with the computed mode; empty if there is no measurement.
+        Modes of the measured responses, each with the matching computed mode; empty if there is no measurement.
     """
 
     name: ClassVar[str] = "response"
@@ -93,7 +93,7 @@ class FrequencyResponses(WarnedResult, DrawnResult):
     modes: tuple[ModeDeviation, ...]
 
     def text(self) -> list[TextBlock]:
-        """Return tables of the modes and the deviations, or of the largest values if there is no measurement."""
+        """Return tables of the modes and the deviations or, if there is no measurement, of the largest values."""
         title = f"{self.rotor}, {self.loop}, {speed_unit().text(self.speed)}: "
         if all(item.measured is None for item in self.responses.values()):
             table = text_table(f"{title}largest values", ("response", "", "at (Hz)", "phase (deg)"), left=("response",))
@@ -140,36 +140,42 @@ def response(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> FrequencyResponses:
-    """Return frequency responses from forces or currents to motion or currents, compared with measured ones.
+    """Return frequency responses from forces or currents to motion or currents, compared with measured responses.
 
-    The result is y/u at the frequencies of the measurement, from the equations of `machine.frequency_response`. Both
-    the measured and the computed responses are fitted near their peaks (`measured.modal_fit`), so that frequencies and
-    damping ratios come from the same method.
+    The result is y/u at the frequencies of the measurement, computed with the equations of
+    `machine.frequency_response`. Both the measured and the computed responses are fitted near their peaks
+    (`measured.modal_fit`), so that frequencies and damping ratios come from the same method.
 
     Parameters
     ----------
     scenario, rotor, controller
-        Machine, its rotor and its control, as for `sensitivity`; if only `rotor` is given, that rotor alone.
+        The machine, its rotor and its controller, as for `sensitivity`. If only `rotor` is given, the study treats that
+        rotor alone.
     measured
         File of a measurement (`measured.files.read_measured`), or a measurement.
     loop
-        `free`: the rotor alone; `linear`: on bearings and seals of its file; `open`: with magnets and without
-        controller; `closed`: under control. The default is `closed`, or `free` for a rotor alone.
+        `free` is the rotor alone, and `linear` is the rotor on the bearings and seals of its file. `open` is the rotor
+        with magnets but without a controller, and `closed` is the rotor under control. The default is `closed`, or
+        `free` for a rotor alone.
     inputs, outputs
-        Channels, such as `fan.f_x`, `left.i_x`, `eye.x`, or `0.12 m.y [m/s2]`. If there is a measurement, these select
-        the responses to compare, by default all. The inputs of a record over time must be named.
+        Channels, such as `fan.f_x`, `left.i_x`, `eye.x`, or `0.12 m.y [m/s2]`. If there is a measurement, they select
+        the responses to compare; by default, all responses are compared. The inputs of a record over time must be
+        named.
     channels
-        Names or places in the model, by names in the file.
+        Names or places in the model, by the names that the file uses for them.
     channel_units
-        Units, by names of columns or channels in the file; they replace units in the file, or supply missing ones.
+        Units by the names of columns or channels in the file; they replace the units in the file, or supply missing
+        units.
     speed
-        Spin speed (rad/s), or a text with its unit; by default that of the scenario, or 0 if there is no machine.
+        Spin speed (rad/s), or a string with its unit; by default the speed of the scenario, or 0 if there is no
+        machine.
     up_to
-        Highest frequency (Hz), or a text with its unit; by default that of the measurement, or 1 kHz if there is none.
+        Highest frequency (Hz), or a string with its unit; by default that of the measurement, or 1 kHz without a
+        measurement.
     estimator, segment, window
         Arguments of the estimate from a record over time (`measured.estimates.estimate`); `segment` is in s.
     set, flavour
-        Values of parameters by `component.variable`; flavour of the FMUs.
+        Parameter values by `component.variable`, and the flavour of the FMUs.
 
     Raises
     ------
@@ -226,7 +232,7 @@ def laid_over(
     *,
     compared: bool = True,
 ) -> FrequencyResponses:
-    """Return computed values of responses and, if they are `compared`, their deviations from the measured values.
+    """Return the computed responses and, if they are `compared`, their deviations from the measured responses.
 
     Responses of the same name, such as repeated measurements, are numbered.
     """
@@ -260,7 +266,7 @@ def laid_over(
 
 
 def unresolved(modes: Sequence[FittedMode]) -> list[str]:
-    """Return a sentence about modes whose damping is not resolved, if there are any."""
+    """Return a list with a sentence about modes whose damping is not resolved; empty if there are no modes."""
     if not modes:
         return []
     at = ", ".join(f"{mode.frequency:.2f} Hz" for mode in modes[:MOST_PEAKS])
@@ -273,7 +279,7 @@ def unresolved(modes: Sequence[FittedMode]) -> list[str]:
 
 
 def _numbered(names: Sequence[str]) -> list[str]:
-    """Return names made unique: `a, b, a` becomes `a, b, a (2)`."""
+    """Make names unique by numbering repetitions: `a, b, a` becomes `a, b, a (2)`."""
     before = [names[:k].count(name) for k, name in enumerate(names)]
     return [f"{name} ({count + 1})" if count else name for name, count in zip(names, before, strict=True)]
 
@@ -287,13 +293,13 @@ def measured_content(
     up_to: Number | None,
     estimation: tuple[Estimator, Number | None, str],
 ) -> Measurement:
-    """Return a measurement with the chosen responses; the arguments are those of `response`.
+    """Return a measurement that contains the chosen responses; the arguments are those of `response`.
 
     Raises
     ------
     ValueError
-        If the file cannot be read, if none of its responses is chosen, or if a response is 0 at some frequency, because
-        levels are logarithms.
+        If the file cannot be read, if none of its responses is chosen, or if a response is 0 at some frequency, where
+        its logarithm does not exist.
     """
     estimator, segment, window = estimation
     in_file = {place: name for name, place in (channels or {}).items()}
@@ -325,7 +331,7 @@ def measured_content(
 
 
 def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) -> list[FrequencyResponse]:
-    """Return responses from inputs to outputs, without values."""
+    """Return a response from each input to each output, without values."""
     missing = [name for name, ends in (("inputs (--input)", inputs), ("outputs (--response)", outputs)) if not ends]
     if missing:
         raise ValueError(f"{' and '.join(missing)} are missing; without a measurement, name at least one of each")
@@ -339,7 +345,7 @@ def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) ->
 
 
 def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
-    """Return whether only rounding limits the largest value, as at an undamped resonance."""
+    """Return whether the largest value is limited only by rounding, as it is at an undamped resonance."""
     if not 0 < top < len(sizes) - 1:
         return False
     near = slice(top - 1, top + 2)
@@ -351,7 +357,7 @@ def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
 def _closer(
     structure: Structure, curves: Sequence[FrequencyResponse], ends: Sequence[tuple[Place, Place]]
 ) -> list[FrequencyResponse]:
-    """Return the responses without values, at frequencies that are denser near resonances and maxima."""
+    """Return responses without values, whose frequencies are denser near resonances and maxima."""
     first = curves[0].frequencies
     input_places, output_places = (list(dict.fromkeys(pair[side] for pair in ends)) for side in (0, 1))
     coarse = np.unique([*first[::COARSE], first[-1]])
@@ -368,7 +374,7 @@ def _bare(text: str) -> str:
 
 
 def _channel(text: str, unit: str) -> Channel:
-    """Return the channel for a text with a name and its unit in brackets; a current is in A by default."""
+    """Return the channel for a name with its unit in brackets; the default unit is A for a current, or else `unit`."""
     match = WITH_UNIT.fullmatch(text)
     if match is None:
         raise ValueError(f"channel {text!r} is not allowed; it must be a name such as 'fan.x' or 'fan.x [m/s2]'")

@@ -1,8 +1,8 @@
 """Measurement of the sensitivities of all axes in a co-simulation with injected multi-sines.
 
-A current is added to the demand of each controller through `command_voltage` of the actuator, with the same delay as
-the demand. The spectral lines of the axes interleave, so that one run measures all axes: at a line of one axis, the
-others have no injected current. If another component, such as a force generator, excites the rotor, its part of the
+A current is added to each demand of the controller through the actuator's `command_voltage`, with the same delay as the
+demand. The spectral lines of the axes interleave, so that one run measures all axes: at a line of one axis, the others
+have no injected current. If another component, such as a force generator, excites the rotor, its contribution to the
 currents is measured in a run without injection and subtracted.
 """
 
@@ -50,7 +50,7 @@ LONGEST = 60.0  # s, of the wait for that
 
 @dataclass(frozen=True)
 class MeasuredSensitivity:
-    """Complex sensitivity of each axis at its spectral lines (Hz), both of shape (axes, lines)."""
+    """Spectral lines (Hz) of each axis, and the complex sensitivity at these lines, both of shape (axes, lines)."""
 
     frequencies: Array
     sensitivity: Complex
@@ -63,21 +63,21 @@ def plan_measurement(
     delay: bool = False,
     options: RunOptions = DEFAULTS,
 ) -> ScenarioPlan:
-    """Return a prepared run of a scenario's machine, levitated without unbalance, and the sample time.
+    """Return a prepared run of a scenario's machine, levitated without unbalance.
 
-    Its rotor has all modes up to half the sample rate, whatever the reduction in its file, because fewer modes would
+    The rotor has all modes up to half the sample rate, whatever reduction its file states, because fewer modes would
     change the sensitivity. The controller's signal chain retains its delay and filter; noise and converters are off,
     because they are not linear.
 
     Parameters
     ----------
     scenario, settings
-        The machine; values by `component.variable` that replace the scenario's.
+        The scenario of the machine, and values by `component.variable` that replace the scenario's.
     amplifier
-        Whether the amplifiers are dynamic, regardless of the scenario; dynamic amplifiers are coupled in steps shorter
-        than a sample.
+        Whether the amplifiers are dynamic even if the scenario's are not; dynamic amplifiers are coupled in steps
+        shorter than a sample.
     delay
-        Whether currents are delayed by one sample, regardless of the scenario.
+        Whether currents are delayed by one sample even if the scenario's are not.
     options
         Options of the run; only the flavour of the FMUs is used.
 
@@ -121,9 +121,9 @@ def plan_measurement(
 
 
 def _with_steps_of_the_run(prepared: ScenarioPlan, run: Plan) -> ScenarioPlan:
-    """Return a measurement in which foreign FMUs take the same steps as in the run of the scenario.
+    """Return the prepared measurement with foreign FMUs stepped as they are in the run of the scenario.
 
-    A controller may take a sample whenever it is stepped, so shorter steps would change its law.
+    A foreign controller may take a sample whenever it is stepped, so shorter steps would change its law.
     """
     ratio = max(1, round(run.step_size / prepared.step_size))
     every = {c.name: c.every * ratio for c in run.system.components if model_of(c.fmu) is None}
@@ -133,7 +133,7 @@ def _with_steps_of_the_run(prepared: ScenarioPlan, run: Plan) -> ScenarioPlan:
 
 
 def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
-    """Return settings of a controller that leave only the linear part of its signal chain; empty if it has no chain."""
+    """Return the settings that leave only the linear part of a controller's signal chain; empty without a chain."""
     if "chain.preset" not in parameters:
         if delay:
             raise ValueError(f"delay is not allowed; {CONTROLLER} has no signal chain")
@@ -155,7 +155,7 @@ def schroeder_phases(powers: Array) -> Array:
     Parameters
     ----------
     powers
-        Relative power of each harmonic, with the sum 1, shape (n,).
+        Relative power of each harmonic, shape (n,); the powers add up to 1.
     """
     return -2.0 * math.pi * np.concatenate([[0.0], np.cumsum(np.cumsum(powers))[:-1]])
 
@@ -163,7 +163,7 @@ def schroeder_phases(powers: Array) -> Array:
 def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, Indices]:
     """Return one period of the injected currents, shape (axes, samples), and the harmonics of each axis.
 
-    All harmonics of an axis have the same power, and the peak of a current is 1.
+    All harmonics of an axis have the same power, and each current has a peak of 1.
     """
     highest = min(HIGHEST, 0.5 / sample_time)
     first, count = round(LOWEST * samples * sample_time), math.ceil(highest * samples * sample_time)
@@ -176,7 +176,7 @@ def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, I
 
 
 def settling_samples(decay: float, sample_time: float, remainder: float = REMAINDER) -> int:
-    """Return the number of samples in which a transient with the factor `decay` per sample falls to a given fraction.
+    """Return the number of samples that a transient with the factor `decay` per sample takes to fall to `remainder`.
 
     Raises
     ------
@@ -195,14 +195,16 @@ def settling_samples(decay: float, sample_time: float, remainder: float = REMAIN
 def waiting_samples(loop: StateSpace, sample_time: float) -> int:
     """Return the number of samples after which no transient of a loop disturbs a measurement.
 
-    A drift z that is slower than the lowest line begins with at most the amplitude a (1) if the sines have the
-    amplitude 1. Until it has died out, it adds the share (2) to a line of the spectrum of N samples. The slowest lags
-    of eddy currents take minutes to decay, but hardly affect the spectrum. All other transients must die out.
+    A drift z that is slower than the lowest line begins with an amplitude of at most a (1) if the sines have an
+    amplitude of 1. Until the drift has died out, it distorts a line of the spectrum of N samples by the share (2). Some
+    lags of eddy currents take minutes to decay, but they hardly affect the spectrum, so they need not die out. All
+    other transients must die out.
 
         a = |C x| |y^H B|/|y^H x| sum 1/|exp(j omega) - z|                                  (1)
         share = 2 a (1 - z^N)/(N |exp(j omega_1) - z|)                                      (2)
 
-    with the right and left eigenvectors x and y, all lines omega, and the lowest line omega_1 (rad per sample).
+    Here, x and y are the right and left eigenvectors, the sum is over all lines omega, and omega_1 is the lowest line
+    (rad per sample).
 
     Raises
     ------
@@ -227,14 +229,14 @@ def waiting_samples(loop: StateSpace, sample_time: float) -> int:
 
 
 def measure(plan: ScenarioPlan, waiting: int) -> MeasuredSensitivity:
-    """Return the sensitivities over a period of a co-simulation with the multi-sines, after the transient.
+    """Return the sensitivities from one period of a co-simulation with the multi-sines, after the transient.
 
     Parameters
     ----------
-    prepared
+    plan
         Run from `plan_measurement`.
     waiting
-        Samples before the measurement (see `waiting_samples`).
+        Number of samples before the measurement (see `waiting_samples`).
 
     Raises
     ------
@@ -285,14 +287,14 @@ def measure(plan: ScenarioPlan, waiting: int) -> MeasuredSensitivity:
 
 
 def share_of_new(late: float, steps: int) -> dict[int, float]:
-    """Return the steps of a sample in which a late demand changes, and the new demand's weight in the mean of each.
+    """Return the steps of a sample in which a delayed demand takes effect, and the new demand's weight in each.
 
     Parameters
     ----------
     late
         Delay as a fraction of a sample, from 0 to 1.
     steps
-        Communication steps of a sample.
+        Number of communication steps in a sample.
     """
     first = math.floor(late * steps)
     share = first + 1 - late * steps

@@ -39,13 +39,13 @@ def controlled(
     rotor
         A rotor, the name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     controller
-        Controller file, object or FMU in place of the scenario's controller.
+        Controller file, object or FMU, which replaces the scenario's controller.
     """
     return as_scenario(scenario, rotor, fmu=None if controller is None else {CONTROLLER: controller})
 
 
 def spin_speed(raw: Number, name: str = "speed") -> float:
-    """Return a spin speed (rad/s) from 90, `"90 rad/s"` or `"16 Hz"`.
+    """Return a spin speed (rad/s) from a number or a string, such as 90, `"90 rad/s"` or `"16 Hz"`.
 
     Raises
     ------
@@ -58,16 +58,17 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
 
 
 def spin_speeds(raw: Number | Sequence[Number]) -> list[float]:
-    """Return spin speeds (rad/s) from one speed, a sequence, or a string separated by commas."""
+    """Return spin speeds (rad/s) from one speed, a sequence of speeds, or a comma-separated string."""
     if isinstance(raw, int | float):
         return [spin_speed(raw, "speeds")]
     return [spin_speed(part, "speeds") for part in (raw.split(",") if isinstance(raw, str) else raw)]
 
 
 def reach_of(rotor: Rotor, speed: float | None = None) -> Number:
-    """Return the highest speed for a diagram of a rotor: 1.25 times the operating speed (rad/s), if it is known.
+    """Return the highest speed for a diagram of a rotor: 1.25 times the operating speed (rad/s), if this is known.
 
-    Otherwise it is the highest speed that the rotor file states (`[reduction] speed`), or else 6000 rpm.
+    Otherwise, the diagram ends at the highest speed that the rotor file states (`[reduction] speed`), or else at 6000
+    rpm.
     """
     return BEYOND * speed if speed else rotor.reduction.speed or DEFAULT_RANGE
 
@@ -86,7 +87,7 @@ def speed_range(up_to: Number, points: int, lowest: float = 0.0) -> Array:
 
 
 def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
-    """Return a positive, finite number in a unit.
+    """Return a positive, finite number, converted to a unit.
 
     Raises
     ------
@@ -102,7 +103,7 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
 
 
 def node_numbers(raw: str | int | Sequence[int], name: str, rotor: Rotor, source: RotorSource) -> tuple[int, ...]:
-    """Return nodes of a rotor by their numbers in its file: a sequence, or a string separated by commas.
+    """Return the nodes of a rotor that have these numbers in its file, from a sequence or a comma-separated string.
 
     The rotor may have more nodes than its file, because `z` and `[mesh]` add nodes (`rotor_file.numbered_positions`).
 

@@ -1,8 +1,8 @@
-"""Parameters of the components of a machine, such as the constants of its magnets, and the machine with other values.
+"""Parameters of the components of a machine, such as the constants of its magnets, which can be given other values.
 
-Only the named values change. Values that a plan derives from these, such as the constants that a controller assumes for
-its magnets, stay as they are. In the measured machine, too, the gains of the controller did not depend on the actual
-magnets.
+Only the named values change. Values that a plan derives from them, such as the constants that a controller assumes for
+its magnets, stay as they are. This corresponds to the measured machine, whose controller gains did not depend on the
+actual magnets.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ Values = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True)
 class LoopParameters:
-    """A machine, and the names of numbers of its components that may change.
+    """A machine, and the names of those parameters of its components that may change.
 
     names
-        `component.variable`; with `*` and `?`, one number applies to all matching variables.
+        Names as `component.variable`; if a name contains `*` or `?`, one number applies to all matching variables.
     ports
-        Variables of each name.
+        Variables that match each name.
     start
-        Values in the scenario.
+        Values of the parameters in the scenario.
     """
 
     machine: Machine
@@ -56,7 +56,7 @@ class LoopParameters:
         return cls(machine, tuple(names), ports, start)
 
     def number(self, name: str, raw: Raw) -> float:
-        """Return a value of a parameter in its unit.
+        """Return a value, converted to the unit of the parameter.
 
         Raises
         ------
@@ -66,7 +66,7 @@ class LoopParameters:
         return convert(raw, self.ports[self.names.index(name)][0], name)
 
     def values(self, numbers: Array | Sequence[float]) -> dict[str, dict[str, float]]:
-        """Return the values of all variables that the names match."""
+        """Return the value of each variable that a name matches, by component and variable."""
         result: dict[str, dict[str, float]] = {}
         for name, ports, number in zip(self.names, self.ports, numbers, strict=True):
             component, _ = self.machine.prepared.assembly.system.divide(name)
@@ -74,20 +74,20 @@ class LoopParameters:
         return result
 
     def machine_with(self, numbers: Array | Sequence[float], rotor: Rotor) -> Machine:
-        """Return the machine with other values of the parameters and a rotor."""
+        """Return the machine with other values of the parameters, and with this rotor."""
         plan, values = self.machine.prepared, self.values(numbers)
         parameters = {name: {**of, **values.get(name, {})} for name, of in plan.parameters.items()}
         return self.machine.with_plan(replace(plan, parameters=parameters), rotor)
 
 
 def is_of_component(scenario: Scenario, name: str) -> bool:
-    """Return whether a name begins with a component of the system of a scenario."""
+    """Return whether a name begins with a component of the scenario's system."""
     component, variable = system_of(scenario).divide(name)
     return bool(variable) and component in {item.name for item in system_of(scenario).components}
 
 
 def differences(parameters: Values, others: Values) -> dict[str, dict[str, float]]:
-    """Return the parameters whose values differ from other values by more than rounding."""
+    """Return those of `parameters` whose values differ from `others` by more than rounding."""
     return {
         component: found
         for component, values in parameters.items()

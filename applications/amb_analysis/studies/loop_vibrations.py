@@ -1,4 +1,4 @@
-"""Vibrations of the sampled loop at spin speeds, and their pairing from speed to speed."""
+"""Vibrations of the sampled loop at several spin speeds, and their pairing from one speed to the next."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ APART = 1e6  # of such costs, between a vibration along the shaft and one across
 
 @dataclass(frozen=True)
 class Vibrations:
-    """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), shape (n,) each.
+    """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), each of shape (n,).
 
     The sense of a vibration along the shaft is NaN. `stability` takes all poles into account, including those without
     vibration.
@@ -49,13 +49,13 @@ class Vibrations:
 
     @property
     def least_ratio(self) -> float:
-        """The smallest damping ratio; 1 if there are no vibrations."""
+        """Smallest damping ratio; 1 if there are no vibrations."""
         return float(self.ratios().min(initial=1.0))
 
 
 @dataclass(frozen=True)
 class LeastDamped:
-    """The vibration with the smallest damping ratio at any speed (rad/s), with its damped frequency."""
+    """The vibration with the smallest damping ratio over all speeds, with its speed and damped frequency (rad/s)."""
 
     damping_ratio: float
     speed: Annotated[float, "rad/s"]
@@ -69,8 +69,8 @@ class LeastDamped:
 def vibrations(loop: Loop, Omega: float) -> Vibrations:
     """Return the vibrations of a loop at a spin speed (rad/s), the slowest first.
 
-    The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), summed over the journals of the bearings; NaN along the
-    shaft.
+    The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), where numerator and denominator are summed over the
+    journals of the bearings. It is NaN for a vibration along the shaft.
     """
     loop_poles = loop.poles(Omega)
     s = loop_poles.s
@@ -99,10 +99,10 @@ def vibrations_over(
     loop
         The loop.
     speeds
-        Speeds (rad/s) that the result contains, ascending, shape (n,).
+        Speeds (rad/s) that the result must contain, ascending, shape (n,).
     least
-        Function that returns damping ratios whose minima over speed are refined; by default the smallest of all
-        vibrations.
+        Function that returns the damping ratios whose minima over speed are refined; by default, the smallest damping
+        ratio of all vibrations.
     """
 
     def at_speeds(more: Array) -> NDArray[np.object_]:
@@ -118,7 +118,7 @@ def vibrations_over(
 
 
 def least_damped(speeds: Array, vibrations: list[Vibrations]) -> LeastDamped | None:
-    """Return the least damped of the vibrations at speeds (rad/s), shape (n,); None if there are none."""
+    """Return the least damped of the vibrations at all speeds (rad/s), shape (n,); None if there are no vibrations."""
     candidates = [
         (float(ratio), float(Omega), float(s.imag))
         for Omega, of_speed in zip(speeds, vibrations, strict=True)
@@ -128,11 +128,11 @@ def least_damped(speeds: Array, vibrations: list[Vibrations]) -> LeastDamped | N
 
 
 def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]:
-    """Return the number of each of the first `count` vibrations at every speed; None from the speed where it ends.
+    """Return the index of each of the first `count` vibrations at every speed; None from where the vibration ends.
 
-    Each vibration is paired with the pole nearest to the extrapolation from its last two poles. The distance is |s -
-    s_expected| / |s|, plus `TURN` per difference in the sense of whirl. The extrapolation extends over the step in
-    speed, but at most as far as the previous step.
+    Each vibration is paired with the pole that is nearest to a linear extrapolation of its last two poles. The distance
+    is |s - s_expected| / |s|, plus `TURN` times half the difference between the senses of whirl. The extrapolation
+    covers the step in speed, but never more than the length of the previous step.
     """
     tracks: list[list[int | None]] = [[k] for k in range(min(count, len(vibrations[0].poles)))]
     for n in range(1, len(vibrations)):
@@ -152,10 +152,10 @@ def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]
 
 
 def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) -> list[list[int | None]]:
-    """Return tracks of vibrations that begin after the first speed and last to the end; None before they begin.
+    """Return tracks of vibrations that begin above the first speed and last to the end; None before they begin.
 
-    A well-damped rigid rotor obeys I_d a'' + (c - i Omega I_p) a' + k a = 0. If it does not spin, it creeps back
-    without vibration. At speed it whirls backward at nearly k / (Omega I_p), with the damping ratio c / |c - i Omega
+    For example, a well-damped rigid rotor obeys I_d a'' + (c - i Omega I_p) a' + k a = 0. Without spin, it creeps back
+    without vibration. At speed, it whirls backward at nearly k / (Omega I_p), with the damping ratio c / |c - i Omega
     I_p|.
 
     Parameters
@@ -163,7 +163,7 @@ def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) ->
     vibrations
         Vibrations at each speed, shape (n,).
     tracks
-        Tracks of the vibrations at the first speed (`followed`), whose poles belong to no other track.
+        Tracks of the vibrations that exist at the first speed (`followed`); their poles are not used again.
     """
     result = []
     for backward in followed(vibrations[::-1], len(vibrations[-1].poles)):
@@ -177,7 +177,7 @@ def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) ->
 
 
 def _step_ratio(vibrations: list[Vibrations], n: int) -> float:
-    """Return the step in speed to the n-th vibrations, relative to the previous step; at most 1."""
+    """Return the step in speed to the n-th vibrations, divided by the previous step; at most 1."""
     before, last, now = (at.stability.speed for at in vibrations[n - 2 : n + 1])
     return min((now - last) / (last - before), 1.0) if last != before else 1.0
 

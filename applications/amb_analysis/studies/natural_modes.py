@@ -54,14 +54,14 @@ class ModesAtSpeed:
 
 @dataclass(frozen=True, repr=False)
 class NaturalFrequencies(StudyResult):
-    """Natural frequencies of a rotor at some spin speeds.
+    """Natural frequencies of a rotor at several spin speeds.
 
     rotor, mass
         Name of the rotor, and the mass matrix of its model.
     speeds
         The lowest modes by spin speed (rad/s).
     limits
-        Limits of the coefficients of bearings and seals.
+        Validity limits of the coefficients of bearings and seals.
     """
 
     rotor: str
@@ -95,7 +95,8 @@ class ModeShape:
     """A mode shape.
 
     x, y
-        Complex displacement of each node, shape (nodes,) each; the largest is 1, without a unit.
+        Complex displacement of each node, each of shape (nodes,). It is dimensionless, and the largest displacement is
+        1.
     kind
         `cylindrical` or `conical` for rigid-body motion, `flexural` for bending.
     rigid_share
@@ -113,16 +114,16 @@ class ModeShape:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModeShapes(WarnedResult, DrawnResult):
-    """Modes of a rotor at spin speeds.
+    """Modes of a rotor at several spin speeds.
 
     frequencies
         Frequencies, damping ratios and whirl directions at all speeds.
     shapes
-        Shape of each mode by spin speed (rad/s).
+        Mode shapes, by spin speed (rad/s).
     z
         Axial position of the nodes (m), shape (nodes,).
     description, modes
-        The rotor and its modes by spin speed, from which the figure is drawn.
+        The rotor, and its modes by spin speed, which the figure shows.
     """
 
     name: ClassVar[str] = "modes"
@@ -135,7 +136,7 @@ class ModeShapes(WarnedResult, DrawnResult):
 
     @property
     def speed(self) -> float:
-        """The first spin speed (rad/s)."""
+        """First spin speed (rad/s)."""
         return next(iter(self.frequencies.speeds))
 
     def text(self) -> list[TextBlock]:
@@ -156,11 +157,11 @@ def modes(
     speeds: Number | Sequence[Number] = "0",
     count: int = 8,
 ) -> ModeShapes:
-    """Return natural frequencies, damping ratios, whirl directions and mode shapes at spin speeds.
+    """Return the natural frequencies, damping ratios, whirl directions and shapes of the modes at several speeds.
 
     (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0     (3.1 to 3.6)
 
-    Modes with a damping ratio above 1/sqrt(2), whose response has no peak, come last.
+    Modes with a damping ratio above 1/sqrt(2) come last, because their response has no peak.
 
     Parameters
     ----------
@@ -200,7 +201,7 @@ def modes(
 
 
 def _lowest(model: Matrices, Omega: float, count: int) -> tuple[Mode, ...]:
-    """Return the lowest modes with a resonance and, if more are needed, the lowest of the others."""
+    """Return the lowest modes with a resonance and, if more are needed, the lowest modes without one."""
     require(count >= 1, "count", count, "1 or more")
     ordered = sorted(modes_of(model, Omega), key=lambda mode: mode.damping_ratio > RESONANT)
     return tuple(ordered[:count])

@@ -29,13 +29,14 @@ POLL_INTERVAL = 0.1  # s, until an interruption is noticed
 def simulate_in_processes(
     simulate: Callable[[Case], CaseResult], cases: Sequence[Case], progress: Progress, processes: int | None = None
 ) -> list[CaseResult]:
-    """Return the results of `simulate`, a module-level function, for all cases; `progress` is called after each.
+    """Return the results of the module-level function `simulate` for all cases; call `progress` as cases finish.
 
-    At most `processes` run at once; by default one per processor.
+    At most `processes` processes run at once; the default is one per processor.
 
-    Processes are used because FMUs of flavour `python` hold the interpreter's lock. An error in a case ends the other
-    cases and is raised. The processes end when the calling process ends. An interruption is delayed while a function of
-    the pool runs, because locks of futures could otherwise stay held, and the pool would wait for them forever.
+    Processes are used because FMUs of flavour `python` hold the interpreter's lock. If a case raises an error, the
+    other cases end and the error is raised here. The processes end when the calling process ends. An interruption is
+    delayed while a function of the pool runs, because a future's lock could otherwise stay held, and the pool would
+    wait for it forever.
 
     Raises
     ------
@@ -71,7 +72,7 @@ def simulate_in_processes(
 
 
 def _end_with_parent(parent: Connection) -> None:
-    """End this process when the parent closes its end of the pipe or ends."""
+    """End this process when the parent process ends or closes its end of the pipe."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops the process that started this one
     continue_without_parent()
     threading.Thread(target=_end_at_close, args=(parent,), daemon=True).start()
@@ -84,7 +85,7 @@ def _end_at_close(parent: Connection) -> None:
 
 
 def end_if_imported_anew() -> None:
-    """End a new process if this is called while it imports a script without a main guard; see `main_guard_advice`."""
+    """End this process if it was just started and is importing a script without a main guard (`main_guard_advice`)."""
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise SystemExit(1)
 
@@ -102,5 +103,5 @@ def check_script() -> None:
 
 
 def main_guard_advice(function: str) -> str:
-    """Return the advice for a script whose call of `function` ended the processes that imported the script."""
+    """Return advice for a script that calls `function` without a main guard, so that importing processes ended."""
     return f'a script must call {function} below if __name__ == "__main__":, because each process imports it'

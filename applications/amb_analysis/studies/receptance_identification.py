@@ -38,7 +38,7 @@ HEADINGS = ("periods", "force (N)", "condition number", "differs from the model 
 
 
 class IdentificationProgress(NamedTuple):
-    """Progress of an identification: spin speed (rad/s), finished and total speeds, finished and total steps."""
+    """Progress of an identification: spin speed (rad/s), numbers of finished and of all speeds, and of steps."""
 
     speed: float
     speeds_done: int
@@ -57,7 +57,7 @@ class Identification(WarnedResult):
     speeds
         Requested spin speeds (rad/s).
     results
-        Result at each speed; there are fewer results than speeds if Ctrl-C interrupted the study.
+        Result at each speed. If Ctrl-C interrupted the study, there are fewer results than speeds.
     table
         Table of the receptances that were identified now or were already in the file.
     """
@@ -106,7 +106,8 @@ def identify(
 ) -> Identification:
     """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.
 
-    They describe the loop with all its controllers, including a linear controller below the synchronous control.
+    The receptances describe the loop with all its controllers, including a linear controller below the synchronous
+    control.
 
     Ctrl-C ends the study; the result then contains the finished speeds.
 
@@ -116,10 +117,10 @@ def identify(
         Spin speeds (rad/s), each a number or a string with its unit, or one string separated by commas; by default
         twelve from 5 to 35 Hz.
     output
-        Table file (TOML), written after each speed; receptances in it for other speeds are kept.
+        Table file (TOML), which is written after each speed; its receptances for other speeds are kept.
     scenario
-        A scenario, the name of a packaged scenario, or a TOML file, that defines machine and parameters; by default the
-        packs' default rotor with the start values of the FMUs.
+        A scenario, the name of a packaged scenario, or a TOML file, that defines the machine and its parameters. The
+        default is the packs' default rotor with the start values of the FMUs.
     rotor
         Name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     set
@@ -131,7 +132,7 @@ def identify(
         Identified receptances are compared with this model. Computed receptances come from this model, so they cannot
         be compared with it.
     progress
-        Whether to display bars (default in a terminal and a notebook), or a function called repeatedly with an
+        Whether to display bars (default in a terminal and a notebook), or a function that is called repeatedly with an
         `IdentificationProgress`.
 
     Raises
@@ -171,7 +172,7 @@ def identify(
 
 @contextmanager
 def _progress_bars(progress: bool | Report | None) -> Iterator[Report]:
-    """Yield the function `progress`, or a function that updates two bars, for all speeds and for the current speed."""
+    """Yield `progress` if it is a function, or else a function that updates bars for all speeds and for this speed."""
     if callable(progress):
         yield progress
         return

@@ -1,6 +1,6 @@
-"""Identification of the receptance at a spin speed, by the controller FMU in a co-simulation with the plant.
+"""Identification of the receptance at one spin speed by the controller FMU, in a co-simulation with the plant.
 
-The run covers the six slots of the identification; R is read from the controller's outputs at its end.
+The run covers the six slots of the identification; at its end, R is read from the controller's outputs.
 """
 
 from __future__ import annotations
@@ -52,13 +52,14 @@ class IdentifiedReceptance:
     order
         Order of the excited harmonic.
     periods, force
-        Revolutions in a slot, and amplitude of the test force (N).
+        Number of revolutions in a slot, and amplitude of the test force (N).
     receptance
         R, shape (n_sensors, n_axes), complex (m/N); None if the identification failed.
     model
         R of the linear model of the same sampled loop, for comparison; None if `receptance` itself is from this model.
     inner
-        Response of a controller below the synchronous control (`sampled_receptance.inner_response`), if there is one.
+        Response of the controller below the synchronous control (`sampled_receptance.inner_response`), if there is such
+        a controller.
     reason
         Reason for a failure; otherwise empty.
     interrupted
@@ -77,7 +78,7 @@ class IdentifiedReceptance:
 
     @property
     def frequency(self) -> float:
-        """Spin speed in Hz."""
+        """Spin speed (Hz)."""
         return self.speed / (2.0 * math.pi)
 
 
@@ -88,20 +89,21 @@ def prepare_identification(
     options: RunOptions = DEFAULTS,
     machine: Scenario | None = None,
 ) -> Machine:
-    """Return the machine of an identification of the levitated rotor, ready to run.
+    """Return the machine for an identification of the levitated rotor, ready to run.
 
     Parameters
     ----------
     Omega
         Spin speed (rad/s).
     rotor
-        A `Rotor`, the name of a packaged rotor, or a rotor file; by default the machine's rotor or the packs' default.
+        A `Rotor`, the name of a packaged rotor, or a rotor file; by default the rotor of `machine`, or else the packs'
+        default.
     settings
         Values by `component.variable`, numbers or strings with units.
     options
         Options of the run; only the flavour of the FMUs is used.
     machine
-        Scenario that defines machine and parameters; by default the start values of the FMUs.
+        Scenario that defines the machine and its parameters; by default, the start values of the FMUs are used.
 
     Raises
     ------
@@ -152,7 +154,7 @@ def table_for(machine: Machine, path: Path | None) -> ReceptanceTable:
 def run_identification(machine: Machine, progress: Progress | None = None) -> IdentifiedReceptance:
     """Run an identification to its end and return its result.
 
-    `progress` is called with the numbers of finished steps and of all steps.
+    `progress` is called with the number of finished steps and the number of all steps.
     """
     identification = _identification(machine)
     model = sampled_receptance(machine, identification.order)
@@ -165,7 +167,7 @@ def run_identification(machine: Machine, progress: Progress | None = None) -> Id
 
 
 def computed_identification(machine: Machine) -> IdentifiedReceptance:
-    """Return the receptance from the linear model of the loop; nothing is simulated or compared."""
+    """Return the receptance from the linear model of the loop, without a simulation or a comparison."""
     identification = _identification(machine)
     receptance = sampled_receptance(machine, identification.order)
     if condition_number(receptance) > MAX_CONDITION:
@@ -174,7 +176,7 @@ def computed_identification(machine: Machine) -> IdentifiedReceptance:
 
 
 def _identification(machine: Machine) -> IdentifiedReceptance:
-    """Return an identification before its run, without receptances."""
+    """Return the result of an identification as it is before the run, without receptances."""
     order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
     return IdentifiedReceptance(
         speed=machine.Omega,
@@ -210,7 +212,7 @@ def _result(outputs: xr.Dataset, loop: ControlLoop) -> tuple[Complex | None, str
 
 
 def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
-    """Return R, shape (n_sensors, n_axes), complex (m/N), from the controller's outputs at an instant."""
+    """Return R, shape (n_sensors, n_axes), complex (m/N), from the controller's outputs at one instant."""
     return np.array(
         [
             [
@@ -223,7 +225,7 @@ def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
 
 
 def ratios(receptance: Complex, model: Complex) -> Complex:
-    """Return the ratio of R to a model's R where the model's element is at least a tenth of its column's largest."""
+    """Return R divided by the model's R, for elements above a tenth of the largest in the model's column."""
     size = np.abs(model)
     large = size > LARGE * size.max(axis=0)
     return np.asarray(receptance[large] / model[large], dtype=np.complex128)

@@ -18,7 +18,7 @@ class StudyResult:
     """Base of the frozen dataclasses that studies return. `print` shows their tables."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the data for JSON, under keys that include their units."""
+        """Return the data for JSON; the keys include the units."""
         data: dict[str, Any] = json_data(self)
         return data
 
@@ -48,7 +48,7 @@ class DrawnResult(StudyResult):
     """Name of the study, of its files, and of the module in `figures` that draws it."""
 
     def data_files(self) -> dict[str, str]:
-        """Return the texts of the data files, by name."""
+        """Return the text of each data file, by file name."""
         return {f"{self.name}.json": self.to_json(indent=1)}
 
 
@@ -57,19 +57,19 @@ class WarnedResult(StudyResult):
     """A result with warnings.
 
     warnings
-        Warnings of the plan of a run, as in its summary; for a rotor alone, warnings about implausible sizes.
+        Warnings of the run's plan, as in the summary of a run; for a rotor alone, warnings about implausible sizes.
     """
 
     warnings: tuple[str, ...] = dataclasses.field(default=(), kw_only=True)
 
     def warning_lines(self) -> list[TextBlock]:
-        """Return the warnings as lines of `text`."""
+        """Return the warnings as lines for `text`."""
         return [f"warning: {sentence}" for sentence in self.warnings]
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class MachineResult(WarnedResult, DrawnResult):
-    """A result for the machine of a scenario.
+    """A result of a study that treats the machine of a scenario.
 
     scenario, rotor
         Name of the scenario that defines the parameters, and name of its rotor.

@@ -1,4 +1,4 @@
-"""Study that fits parameters of a rotor file, and of the magnets and the control of a machine, to a measurement."""
+"""Study that fits parameters of a rotor file, of magnets and of controllers to a measurement."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ class RotorFit(WarnedResult, DrawnResult):
     """A rotor fitted to a measurement.
 
     rotor, measured, loop
-        Names of the rotor and of the measurement, and support of the rotor.
+        Name of the rotor, name of the measurement, and support of the rotor.
     fit
         Parameters with intervals, correlation and residuals.
     before, after
-        Responses before and after the fit, compared with the measured ones; None if only modes were measured.
+        Responses before and after the fit, compared with the measured responses; None if only modes were measured.
     files
-        Texts of the fitted files by name: `rotor.toml`, and `scenario.toml` of a machine.
+        Texts of the fitted files by file name: `rotor.toml` and, for a machine, `scenario.toml`.
     """
 
     name: ClassVar[str] = "fit"
@@ -66,11 +66,11 @@ class RotorFit(WarnedResult, DrawnResult):
     files: Annotated[dict[str, str], Layout.OMITTED]
 
     def data_files(self) -> dict[str, str]:
-        """Return the data and the fitted files."""
+        """Return the text of the data file and of the fitted files, by file name."""
         return {**super().data_files(), **self.files}
 
     def text(self) -> list[TextBlock]:
-        """Return tables of the parameters and of their correlation."""
+        """Return a table of the parameters, and lines about their correlation and the residuals."""
         heads = ("parameter", "fitted", "95 % interval", "")
         table = text_table(f"{self.rotor} fitted to {self.measured}", heads, left=("parameter", ""))
         names = list(self.fit.parameters)
@@ -110,33 +110,33 @@ def fit(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> RotorFit:
-    """Return a rotor, or a machine, whose parameters fit a measurement, with 95 % intervals.
+    """Fit parameters of a rotor, or of a machine, to a measurement, and return them with 95 % intervals.
 
-    Residuals of responses are differences divided by their scatter, which is estimated for each frequency from the data
-    and the coherence (`measured.response_fit`). Residuals of modes are the logarithms of computed over measured
-    frequencies and damping ratios, in units of 0.1 % and 10 %. If the data do not determine a parameter, an error is
-    raised (`measured.least_squares.fit`).
+    The residuals of responses are the differences between computed and measured values, divided by their scatter. The
+    scatter at each frequency is estimated from the data and the coherence (`measured.response_fit`). The residuals of
+    modes are the logarithms of the ratios of computed to measured values, in units of 0.1 % for frequencies and 10 %
+    for damping ratios. If the data do not determine a parameter, an error is raised (`measured.least_squares.fit`).
 
     Parameters
     ----------
     rotor
-        Rotor file, or the name of a packaged rotor; by default that of the scenario, or the packs' default rotor.
+        Rotor file, or the name of a packaged rotor; by default the rotor of the scenario, or the packs' default rotor.
     scenario, controller
-        Machine and its control, as for `response`; if neither is given, the rotor alone.
+        The machine and its controller, as for `response`. If neither is given, the study treats the rotor alone.
     measured
         File of responses or modes, or a measurement.
     free
-        Bounds by parameter name, or texts `bodies.wheel.mass=3:5`. Names are keys of the rotor file, or parameters of
-        components of the scenario. In a key, an item of a list is given by its name or its number, as in
+        Bounds by parameter name, or strings such as `bodies.wheel.mass=3:5`. Names are keys of the rotor file, or
+        parameters of the scenario's components. In a key, an item of a list is given by its name or its number, as in
         `damping.modal.1`. All matches of a pattern such as `amb_actuator.left.k_i_measured_?` share one value.
     loop
         As for `response`: `closed` by default if there is a scenario, otherwise `free`.
     inputs, outputs, channels, channel_units, up_to, estimator, segment, window
         As for `response`.
     speed
-        Spin speed (rad/s), or a text with its unit; by default that of the scenario, or 0 if there is none.
+        Spin speed (rad/s), or a string with its unit; by default the speed of the scenario, or 0 without a scenario.
     set, flavour
-        Values of parameters by `component.variable`; flavour of the FMUs.
+        Parameter values by `component.variable`, and the flavour of the FMUs.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def fit(
 def _fit_of_responses(
     subject: FittedMachine, measured: Sequence[FrequencyResponse], curves: Sequence[FrequencyResponse], name: str
 ) -> RotorFit:
-    """Return the fit to some lines of measured responses."""
+    """Fit the rotor to some lines of the measured responses, and return the result."""
     ends = [_ends(curve, subject.rotor_with(subject.start)) for curve in curves]
     subject = subject.with_places([place for pair in ends for place in pair])
 
@@ -189,7 +189,7 @@ def _fit_of_responses(
 
 
 def _fit_of_modes(subject: FittedMachine, measured: Modes, name: str) -> RotorFit:
-    """Return the fit to measured modes."""
+    """Fit the rotor to measured modes, and return the result."""
     loop, Omega = subject.loop, subject.Omega
     if loop not in ("free", "linear"):
         raise ValueError(f"loop = {loop!r} is not allowed with modes; they are fitted with 'free' or 'linear'")
@@ -214,10 +214,10 @@ def _result(
 
 
 def resolved(curves: Sequence[FrequencyResponse]) -> list[FrequencyResponse]:
-    """Return estimates without the lines near peaks that they do not resolve, because their values there are too low.
+    """Return the responses without lines near unresolved peaks, where the estimated values are too low.
 
-    At d lines from such a peak, an average over the width of a line has an error of about 1/(3 d^2), which is 0.3 % at
-    `BIASED`.
+    At a distance of d lines from such a peak, an average over the width of a line has an error of about 1/(3 d^2). At a
+    distance of `BIASED` lines, this error is 0.3 %.
     """
     result: list[FrequencyResponse] = []
     for _, group in groupby(curves, lambda curve: curve.frequencies.tobytes()):
@@ -237,7 +237,7 @@ def thinned(curve: FrequencyResponse) -> FrequencyResponse:
 
 
 def _ends(curve: FrequencyResponse, rotor: Rotor) -> tuple[Place, Place]:
-    """Return the places of input and output."""
+    """Return the places of the input and the output of a response."""
     return (
         place_of(curve.input.name, curve.input.unit, rotor, is_input=True),
         place_of(curve.output.name, curve.output.unit, rotor, is_input=False),
@@ -249,7 +249,7 @@ def _mode_residuals(subject: FittedMachine, loop: Loop, Omega: float, measured: 
 
 
 def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> Array:
-    """Return ln(f/f_measured)/0.1 % and ln(zeta/zeta_measured)/10 % of the nearest computed modes."""
+    """Return ln(f/f_measured)/0.1 % and ln(zeta/zeta_measured)/10 %, with f and zeta of the nearest computed mode."""
     full = assemble(rotor)
     model = full if loop == "free" else with_bearings(full, (*rotor.bearings, *rotor.seals))
     lowest = 2.0 * np.pi * ELASTIC * float(measured.frequencies.min())
@@ -269,7 +269,7 @@ def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> A
 
 
 def _comments(result: Fit, free: Sequence[FreeParameter], measured: str) -> list[str]:
-    """Return comment lines about the fitted parameters for a TOML file."""
+    """Return comment lines for a TOML file, which describe the fitted parameters."""
     lines = [
         f"# Fitted to {measured} by least squares, {result.residuals} residuals; 95 % intervals of the parameters:"
     ]

@@ -32,7 +32,7 @@ ALLOWED_SPINNING = 0.01  # error of the receptance of the spinning rotor, above 
 
 @dataclass(frozen=True)
 class LayoutEntry:
-    """A part of the rotor: kind, name, node number in its file (None for other nodes), position (m) and function."""
+    """A part of the rotor: kind, name, node number (None if the file does not number it), position (m) and function."""
 
     kind: str
     name: str
@@ -43,7 +43,7 @@ class LayoutEntry:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RotorLayout(WarnedResult, DrawnResult):
-    """A rotor, its modes at rest on its bearings, and the reduced model of a plant.
+    """A rotor, its modes at rest on its bearings, and its reduced model in a plant.
 
     rotor
         Name of the rotor.
@@ -52,25 +52,26 @@ class RotorLayout(WarnedResult, DrawnResult):
     length, nodes
         Length of the shaft (m), and number of nodes of the mesh.
     numbers
-        Node numbers in the rotor file, by node numbers of the mesh, which also has nodes for `z` and `[mesh]`.
+        Node numbers in the rotor file, by node number of the mesh. The mesh also has nodes that `z` and `[mesh]` add.
     parts
         Bodies, bearings, seals, contact sites, thrust disc, faces and sensors.
     method, planes, coordinates, fastest
         The plant's model: reduction method, mesh nodes whose displacements are coordinates, number of coordinates, and
-        frequency (rad/s) of its fastest mode without bearings, 0 if it has no elastic mode.
+        frequency (rad/s) of the fastest mode without bearings. The frequency is 0 if the model has no elastic mode.
     receptance
         Error of the plant's receptance between bearings and contact sites; None for a rotor with massless nodes.
     frequencies, error
-        Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors (%)
-        of the plant's model. Each frequency belongs to both planes of motion if the bearings are alike in x and y.
+        Undamped natural frequencies of the full model (rad/s), and their relative errors (%) in the plant's model. A
+        negative frequency means that the motion diverges. Each frequency belongs to both planes of motion if the
+        bearings are alike in x and y.
     whirl
-        Error of the plant's whirl, as a free rotor, at the highest speed; None if the rotor file states no speed.
+        Error of the whirl of the plant's free rotor at the highest speed; None if the rotor file states no speed.
     description
-        The rotor, for the figure.
+        The rotor, which the figure shows.
     limits
-        Limits of the coefficients of bearings and seals.
+        Validity limits of the coefficients of bearings and seals.
     warnings
-        Implausible sizes.
+        Warnings about implausible sizes.
     """
 
     name: ClassVar[str] = "layout"
@@ -122,7 +123,7 @@ class RotorLayout(WarnedResult, DrawnResult):
         ]
 
     def _plant(self) -> str:
-        """Return the plant's model in words."""
+        """Return a description of the plant's model in words."""
         z = self.description.shaft.nodes
         where = f"z = {', '.join(f'{z[node - 1]:.4g}' for node in self.planes)} m"
         if set(self.planes) <= self.numbers.keys():
@@ -151,7 +152,7 @@ class RotorLayout(WarnedResult, DrawnResult):
         return [table, meaning, *self._advice_on_spin(error)]
 
     def _advice_on_spin(self, error: ReceptanceError) -> Iterator[str]:
-        """Yield lines on the speed from which a plant that is accurate at rest is not, and on the highest speed."""
+        """Yield advice if the plant is accurate at rest but not for unbalance, and a line about the highest speed."""
         unit, highest = speed_unit(), None if self.whirl is None else self.whirl.speed
         accurate = error.error <= error.accuracy  # at rest
         reached = accurate if highest is None else accurate & (error.frequencies <= highest)
@@ -171,7 +172,7 @@ class RotorLayout(WarnedResult, DrawnResult):
             yield f"this rotor turns at {unit.text(highest)} at most"
 
     def _whirl_table(self) -> list[TextBlock]:
-        """Return the table of whirl at the highest speed, or nothing if the file states no speed."""
+        """Return the table of whirl at the highest speed; empty if the rotor file states no speed."""
         whirl = self.whirl
         if whirl is None:
             return []
@@ -237,13 +238,13 @@ def _hertz(omega: float) -> str:
 
 
 def _whirl_cells(frequencies: Array, percent: Array) -> list[tuple[str, str]]:
-    """Return frequencies (Hz) and errors (%) as displayed."""
+    """Return frequencies (Hz) and errors (%) as texts for the table."""
     errors = ("-" if math.isnan(error) else f"{error:+z.4f}" for error in percent)
     return [(f"{omega / (2.0 * math.pi):.1f}", error) for omega, error in zip(frequencies, errors, strict=True)]
 
 
 def _damping(rotor: Rotor) -> str:
-    """Return the damping of a rotor without its bearings, in words."""
+    """Return a description of the damping of a rotor without its bearings."""
     damping = rotor.damping
     ratios = ", ".join(f"{100.0 * ratio:g} %" for ratio in damping.modal)
     values = {

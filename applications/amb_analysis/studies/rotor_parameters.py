@@ -1,7 +1,7 @@
-"""Parameters of a rotor file by their keys, and the rotor with other parameter values on one mesh.
+"""Parameters of a rotor file by their keys, and the rotor with other values on a mesh that moves with them.
 
-A position or a length moves the mesh. If the ends of sections and the positions of parts are b at the start and b' now,
-a node at z moves to
+If a position or a length changes, the nodes of the mesh move. If the ends of sections and the positions of parts are b
+at the start and b' after a change, a node at z moves to
 
     z' = b'_k + (z - b_k) (b'_k+1 - b'_k)/(b_k+1 - b_k),   b_k <= z <= b_k+1                        (1)
 
@@ -33,14 +33,14 @@ COARSE = {"modes": 1, "accuracy": 0.99}  # no element is divided: the nodes of t
 
 @dataclass(frozen=True)
 class RotorParameters:
-    """A rotor file, and the names of the numbers in it that may change.
+    """A rotor file, and the keys of those numbers in it that may change.
 
     data
         Content of the file.
     nodes
         Nodes of its mesh (m).
     fixed
-        Positions (m) of nodes that do not move.
+        Positions of nodes that do not move (m).
     names, start
         Keys of the numbers, such as `bodies.wheel.mass`, and their values in the file.
     """
@@ -67,7 +67,7 @@ class RotorParameters:
         return cls(data, rotor.shaft.with_nodes_at(on_shaft).nodes, on_shaft, tuple(names), start)
 
     def data_with(self, values: Array) -> dict[str, Any]:
-        """Return the content with other values of the parameters."""
+        """Return the content of the rotor file with other values of the parameters."""
         data = deepcopy(dict(self.data))
         for name, value in zip(self.names, values, strict=True):
             holder, key = _holder(data, name)
@@ -94,7 +94,7 @@ class RotorParameters:
 
     @cached_property
     def _begun(self) -> tuple[float, ...]:
-        """The positions b of (1)."""
+        """Positions b in (1)."""
         return self._coarse(self.start).shaft.with_nodes_at(self.fixed).nodes
 
     def _coarse(self, values: Array | Sequence[float]) -> Rotor:
@@ -106,7 +106,7 @@ class RotorParameters:
 
 
 def free_bounds(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> dict[str, tuple[Number, Number]]:
-    """Return the lowest and the highest values of parameters by name, as they were written.
+    """Return the lowest and the highest allowed value of each parameter, by name, as they were written.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def free_bounds(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> di
 
 
 def number_of_file(name: str, raw: Number) -> float:
-    """Return a bound of a parameter in the unit of the rotor file."""
+    """Return a bound of a parameter as a number, in the unit of the rotor file."""
     try:
         return float(raw)
     except ValueError:
@@ -148,7 +148,7 @@ def _number(data: dict[str, Any], name: str) -> float:
 
 
 def _holder(data: dict[str, Any], name: str) -> tuple[Any, Any]:
-    """Return the table or list that holds a number, and its key there."""
+    """Return the table or list that contains a number, and the key of the number in it."""
     holder: Any = data
     *path, last = name.split(".")
     for part in path:
@@ -157,7 +157,7 @@ def _holder(data: dict[str, Any], name: str) -> tuple[Any, Any]:
 
 
 def _key(holder: Any, part: str, name: str) -> Any:
-    """Return the key for a part of a name: a key of a table, or the name or number (from 1) of an item of a list."""
+    """Return the key or index for a part of a name: a key of a table, or the name or number (from 1) of a list item."""
     if isinstance(holder, dict) and part in holder:
         return part
     if isinstance(holder, list):

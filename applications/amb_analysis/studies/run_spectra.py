@@ -1,4 +1,4 @@
-"""Study of the spectra of a run over time: the waterfall of a run-up."""
+"""Study of the spectra of a run over time, such as the waterfall of a run-up."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ NEAR = 2.0  # lines within which a vibration is not distinguished from another: 
 
 @dataclass(frozen=True, eq=False)
 class BearingSpectra:
-    """Spectra of the orbit x + j y at a bearing; positive frequencies mean forward whirl, negative ones backward whirl.
+    """Spectra of the orbit x + j y at a bearing; positive frequencies are forward whirl, negative ones backward whirl.
 
     amplitude
         Amplitude of each line (m), shape (windows, lines).
     peak_hold
         Largest amplitude of each line in any window (m), shape (lines,).
     synchronous
-        Amplitude of the motion synchronous with the rotor's angle, per window (m), shape (windows,).
+        Amplitude of the motion that is synchronous with the rotor's angle, in each window (m), shape (windows,).
     resonances, resonance_amplitudes
-        Spin speeds (Hz) at which the synchronous amplitude has a peak, and the amplitudes (m); empty if the speed
-        changes by less than the spacing of the lines.
+        Spin speeds (Hz) at which the synchronous amplitude has a peak, and the peak amplitudes (m); both are empty if
+        the spin speed changes by less than the spacing of the lines.
     largest, largest_at
         Largest synchronous amplitude (m), and the spin speed there (Hz).
     other_frequency, other_amplitude, other_speed
@@ -75,7 +75,7 @@ class BearingSpectra:
 
     @property
     def other(self) -> tuple[str, str, str]:
-        """Amplitude (mm), frequency and spin speed of the other vibration as texts; dashes if there is none."""
+        """Amplitude (mm), frequency and spin speed of the strongest other vibration as texts; dashes without one."""
         if not self.other_amplitude:
             return ("-", "-", "-")
         return number(1e3 * self.other_amplitude), f"{self.other_frequency:.2f}", _speed(self.other_speed)
@@ -83,7 +83,7 @@ class BearingSpectra:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Waterfall(WarnedResult, DrawnResult):
-    """Spectra of the orbits of a run over time.
+    """Spectra of a run's orbits over time.
 
     scenario
         Name of the scenario.
@@ -130,7 +130,7 @@ class Waterfall(WarnedResult, DrawnResult):
 
 
 def _speed(turns: float) -> str:
-    """Return a spin speed (turns per s) in the unit used for speeds."""
+    """Return a spin speed (turns per s) as text, in the unit in which speeds are displayed."""
     return speed_unit().number(2.0 * np.pi * turns, 5)
 
 
@@ -143,16 +143,17 @@ def waterfall(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> Waterfall:
-    """Return the spectra of the orbits of a run, window by window.
+    """Return the spectra of a run's orbits, one for each window of time.
 
-    Z(f, t) = sum_n w_n (x + j y)(t_n) exp(-j 2 pi f t_n) / sum_n w_n, with a Hann window w; windows overlap by half.
-    The synchronous part uses the rotor's angle in place of 2 pi f t, so a changing speed does not blur it.
+    Z(f, t) = sum_n w_n (x + j y)(t_n) exp(-j 2 pi f t_n) / sum_n w_n, where w is a Hann window, and adjacent windows
+    overlap by half. The synchronous part uses the rotor's angle in place of 2 pi f t, so a changing speed does not blur
+    it.
 
     Parameters
     ----------
     source
-        A scenario (object, name or TOML file), which is run, or a result (object, folder or file). By default a pack's
-        scenario with changing speed.
+        A scenario to run (object, name or TOML file), or a result (object, folder or file). By default, the study runs
+        a packaged scenario with changing speed.
     up_to
         Highest frequency (rad/s), or a string with its unit; by default 2.5 times the highest spin frequency.
     window
@@ -189,7 +190,7 @@ def waterfall(
 
 
 def spectra_of(recorded: Signals, highest: float | None = None, window: Number | None = None) -> Waterfall:
-    """Return the spectra of a recorded run up to a frequency (Hz), by default `ORDERS` of the spin (`waterfall`)."""
+    """Return the spectra of a recorded run up to a frequency (Hz), by default `ORDERS` times the spin frequency."""
     if highest is None:
         highest = ORDERS * float(np.abs(speed(recorded)).max(initial=0.0)) / (2.0 * np.pi) or UP_TO
     time, after = np.asarray(recorded["time"].values), cycles(recorded) >= 0.0
@@ -253,11 +254,11 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
 
 @dataclass(frozen=True, eq=False)
 class _Windows:
-    """An orbit, window by window, as the sum of its synchronous motion, its mean and one other vibration.
+    """An orbit, modelled in each window as the sum of its synchronous motion, its mean and one other vibration.
 
     z(t_n) = Z_s exp(j theta_n) + Z_0 + Z exp(j 2 pi f t_n),    |n h - t| <= size h/2              (1)
 
-    The three amplitudes are least-squares estimates with the weights of the window, so that none leaks into another.
+    The three amplitudes are least-squares estimates with the weights of the window, so none of them leaks into another.
     """
 
     orbit: Complex
@@ -266,7 +267,7 @@ class _Windows:
     step: float
 
     def vibration(self, row: int, lowest: float, highest: float) -> tuple[float, float]:
-        """Return amplitude (m) and frequency (Hz) of the vibration between two frequencies that fits (1) best."""
+        """Return amplitude (m) and frequency (Hz) of the vibration that fits (1) best between two frequencies."""
         within = slice(row * (self.size - self.size // 2), row * (self.size - self.size // 2) + self.size)
         root = np.sqrt(get_window("hann", self.size))
         others, _ = np.linalg.qr(root[:, None] * np.stack([self.turning[within], np.ones(self.size)], axis=1))
@@ -287,11 +288,11 @@ class _Windows:
 
 
 def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) -> tuple[float, float, int]:
-    """Return amplitude (m), frequency (Hz) and window of the largest vibration away from 0 Hz and the speeds (Hz).
+    """Return amplitude (m), frequency (Hz) and window of the largest vibration away from 0 Hz and the spin frequencies.
 
-    Maxima over the lines are refined between the lines; a vibration halfway between two lines has 85 % of its amplitude
-    at both. A vibration within `NEAR` lines of 0 Hz or of the speed cannot be distinguished from the motion at these
-    frequencies, nor can the rest of its lobe.
+    Maxima over the lines are refined between the lines, because a vibration halfway between two lines shows only 85 %
+    of its amplitude at each of them. A vibration within `NEAR` lines of 0 Hz or of the spin frequency is ignored,
+    because neither it nor the rest of its lobe can be distinguished from the motion at these frequencies.
     """
     spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
 
@@ -317,9 +318,9 @@ def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) ->
 def _bearing(
     amplitude: Array, others: Array, synchronous: Array, lines: Array, speeds: Array, windows: _Windows
 ) -> BearingSpectra:
-    """Return the spectra at a bearing with their largest vibrations.
+    """Return the spectra at a bearing, and the largest vibrations in them.
 
-    `others` are the spectra without the leakage of the synchronous motion and of the mean of the orbit (0 Hz).
+    `others` contains the spectra without the leakage of the synchronous motion and of the orbit's mean (0 Hz).
     """
     top = int(np.argmax(synchronous))
     peaks, _ = find_peaks(synchronous, prominence=PROMINENCE * synchronous[top])

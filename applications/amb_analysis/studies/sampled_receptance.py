@@ -1,12 +1,12 @@
-"""Receptance that the controller would identify, from the linear model of the loop with any controller.
+"""Receptance that the controller would identify, computed from the linear model of the loop with any controller.
 
     U --> u = Re[U exp(j theta)]/K_i --> D --(+)--> currents --> machine --> displacements --> F --> Q = R U
                                              ^                        |
                                              +--- PID, inner loop <---+               R = F G D / K_i
 
-G is the response of the closed loop from currents, added at the input of the synchronous control, to displacements at
-its sensors. D is the delay of the synchronous control, and F represents its sensors and filter. F, G and D are
-evaluated at z = exp(j omega h).
+G is the closed-loop response from currents, added where the synchronous control adds its demand, to displacements at
+the sensors. D is the delay of the synchronous control, and F represents the sensors and the filter of the control. F, G
+and D are evaluated at z = exp(j omega h).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ROUNDING = 1e-9  # relative error of readings as a combination of the sensors
 
 
 def sampled_receptance(machine: Machine, order: int = 1) -> Complex:
-    """Return R of a harmonic, shape (n_sensors, n_axes), complex (m/N), of the loop with hold, controllers and sensors.
+    """Return R at a harmonic, shape (n_sensors, n_axes), complex (m/N), of the loop with hold, controllers and sensors.
 
     Forces are K_i I with the K_i that the controller assumes, which may differ from the K_i of the bearings.
 
@@ -48,9 +48,9 @@ def sampled_receptance(machine: Machine, order: int = 1) -> Complex:
 
 
 def inner_response(machine: Machine, order: int = 1) -> Complex | None:
-    """Return C of a controller, u = -C q, to whose demands the currents are added (`rolac_controller.inner_loop`).
+    """Return C of the controller u = -C q to whose demands the currents are added (`rolac_controller.inner_loop`).
 
-    The result is None if the currents reach the magnetic bearings directly, or if that controller reads displacements
+    The result is None if the currents reach the magnetic bearings directly, or if the controller reads displacements
     that the sensors of the synchronous control do not measure.
     """
     source, added = machine.run_components, _places_of_currents(machine)
@@ -75,7 +75,7 @@ def inner_response(machine: Machine, order: int = 1) -> Complex | None:
 
 
 def _combination(source: LinearSource, readings: Sequence[str], sensors: Sequence[str]) -> Array | None:
-    """Return T such that readings = T sensors, both outputs of the plant; None if no such T exists."""
+    """Return T such that readings = T sensors, where both are outputs of the plant; None if no such T exists."""
     (plant,) = source.parts([PLANT])
     rows, values = (plant.selected(plant.inputs, names).law.C for names in (readings, sensors))
     T = rows @ np.linalg.pinv(values)
@@ -83,7 +83,7 @@ def _combination(source: LinearSource, readings: Sequence[str], sensors: Sequenc
 
 
 def _places_of_currents(machine: Machine) -> dict[str, str]:
-    """Return the inputs that the controller feeds with currents, by the name of the demand, such as `left.i_x`."""
+    """Return the inputs to which the controller sends currents, by name of the demand, such as `left.i_x`."""
     fed = {link.source: link.target for link in machine.prepared.assembly.system.connections}
     names = (f"{axis.bearing}.i_{axis.direction}" for axis in machine.controlled.axes)
     return {name: fed.get(f"{CONTROLLER}.{name}", f"{ACTUATOR}.{name}") for name in names}

@@ -1,4 +1,4 @@
-"""The sensitivity of a sampled loop over frequency, with its peaks."""
+"""Sensitivity of a sampled loop over frequency, with its peaks."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def curve_frequencies(
 ) -> Array:
     """Return the frequencies (Hz) of the computed curve, evenly spaced on a logarithmic axis and denser near the poles.
 
-    About a pole s = -sigma + i omega the response moves on a circle; frequencies omega + sigma tan(psi) divide it
-    evenly.
+    Near a pole s = -sigma + i omega, the response moves on a circle, which the frequencies omega + sigma tan(psi)
+    divide evenly.
     """
     highest = min(highest, 0.5 / sample_time)
     growth = np.abs(poles)
@@ -42,7 +42,7 @@ def sensitivity_curves(
     system
         Sensitivity of a stable sampled loop.
     lowest, highest
-        Frequencies (Hz); at most half the sample rate.
+        Lowest and highest frequency (Hz); neither may exceed half the sample rate.
     modes
         Modes of the system, if they are known.
     """
@@ -57,7 +57,7 @@ def sensitivity_curves(
 
 
 def bands(sample_time: float) -> list[tuple[float, float]]:
-    """Return the frequencies (Hz) of the standard, and those above it up to half the sample rate, if there are any."""
+    """Return the frequency range (Hz) of the standard and, if any, the range from there to half the sample rate."""
     nyquist = 0.5 / sample_time
     return [(LOWEST, min(HIGHEST, nyquist)), *([(HIGHEST, nyquist)] if nyquist > HIGHEST * (1.0 + 1e-9) else [])]
 

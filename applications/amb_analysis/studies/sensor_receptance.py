@@ -53,7 +53,7 @@ class SensorReceptance(WarnedResult, DrawnResult):
     receptance: Annotated[Complex, "m/N"]
 
     def text(self) -> list[TextBlock]:
-        """Return a table of the largest displacement per force in x at each sensor in x."""
+        """Return a table of the largest displacement at each sensor in x, per force in x."""
         title = f"{self.rotor}: largest receptance of the sensors in x"
         unit = speed_unit()
         table = labelled_table(title, "sensor", "force", "(µm/N)", f"speed ({unit.label})", "phase (deg)")
@@ -74,7 +74,7 @@ class SensorReceptance(WarnedResult, DrawnResult):
 def receptance(
     rotor: RotorSource = None, *, up_to: Number = "50 Hz", k_b: Number = "1e6 N/m", c_b: Number = "5000 N.s/m"
 ) -> SensorReceptance:
-    """Return the synchronous displacement at the sensors per bearing force over the spin speed.
+    """Return the synchronous displacement at the sensors per bearing force, as a function of the spin speed.
 
     R = S [-Omega^2 M + j Omega (C + Omega G) + K]^-1 B     (5.6)
 
@@ -117,7 +117,7 @@ def receptance(
 
 
 def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) -> Complex:
-    """Return R of a rotor on its closed bearings at some speeds (rad/s), shape (n, n_sensors, n_axes) (m/N).
+    """Return R (m/N) of a rotor on its closed bearings at several speeds (rad/s), shape (n, n_sensors, n_axes).
 
     Raises
     ------

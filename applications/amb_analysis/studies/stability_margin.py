@@ -1,4 +1,4 @@
-"""Study of the stability margin of the levitated rotor (ISO 14839-3), computed, and measured in a co-simulation."""
+"""Study of the levitated rotor's stability margin (ISO 14839-3), both computed and measured in a co-simulation."""
 
 from __future__ import annotations
 
@@ -59,12 +59,12 @@ class AxisSensitivity:
     measured_frequencies, measured
         Frequencies (Hz) and |S| there (1) in the co-simulation, shape (lines,).
     measured_peak
-        Largest |S| in the co-simulation, including the values between these frequencies (`peak_between_lines`).
+        Largest |S| in the co-simulation, also between these frequencies (`peak_between_lines`).
     largest_difference_below_500_hz, largest_difference
         Largest |S_measured/S_computed - 1| (1) up to 500 Hz, and at all measured frequencies. Both values of S use the
         rotor of the co-simulation, which has all modes up to half the sample rate.
     beyond
-        The peak above 2 kHz; None if half the sample rate is not above 2 kHz.
+        The peak above 2 kHz; None if half the sample rate is 2 kHz or less.
     """
 
     peak: float
@@ -85,20 +85,20 @@ class AxisSensitivity:
 
     @property
     def L(self) -> Complex:
-        """Loop gain 1/S - 1 with the loops of the other axes closed (1), shape (n,); its critical point is -1."""
+        """Loop gain 1/S - 1 (1) with the loops of the other axes closed, shape (n,); the critical point is -1."""
         return np.asarray(1.0 / self.S - 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class GangOfFour:
-    """Largest singular values over the frequencies of the study, shape (n,) each.
+    """Largest singular values over the frequencies of the study, each of shape (n,).
 
     S, T
-        S = (1 + L)^-1 and T = L (1 + L)^-1 (1), broken at the demanded currents.
+        S = (1 + L)^-1 and T = L (1 + L)^-1 (1), with the loops broken at the demanded currents.
     PS
-        Measured displacements over disturbance currents (m/A).
+        Response of the measured displacements to disturbance currents (m/A).
     CS
-        Demanded currents over sensor disturbances (A/m).
+        Response of the demanded currents to sensor disturbances (A/m).
     """
 
     S: Array
@@ -109,14 +109,14 @@ class GangOfFour:
 
 @dataclass(frozen=True, eq=False)
 class DiskMargin:
-    """Simultaneous, independent changes of gain and phase of all loops that keep the loop stable.
+    """Simultaneous, independent changes of gain and phase in all loops under which the system stays stable.
 
     alpha
         Lower bound of the disk margin over the frequencies of the study (1), shape (n,).
     least, frequency
-        Smallest alpha (1) from 0 Hz to half the sample rate, and its frequency (Hz).
+        Smallest alpha (1) between 0 Hz and half the sample rate, and its frequency (Hz).
     gain, phase
-        Factor by which each gain may be multiplied or divided (1), and phase by which each loop may be shifted (deg).
+        Factor by which each gain may be multiplied or divided (1), and angle by which each phase may be shifted (deg).
     """
 
     alpha: Array
@@ -149,7 +149,7 @@ class StabilityMargin(MachineResult):
     gang_of_four
         Largest singular values of S, T, PS and CS.
     disk_margins
-        Margins of all loops at once, broken at the demanded `currents` and at the `sensors`.
+        Margins of all loops at once, with the loops broken at the demanded `currents` or at the `sensors`.
     """
 
     name: ClassVar[str] = "sensitivity"
@@ -208,7 +208,7 @@ def zone(peak: float) -> str:
 
 
 def _check_agreement(axes: Sequence[str], frequencies: Array, computed: Complex, measured: Complex) -> None:
-    """Raise a ValueError if measured and computed S differ by more than `CONTRADICTION`, because one is wrong."""
+    """Raise a ValueError if measured and computed S differ by more than `CONTRADICTION`, so one of them is wrong."""
     difference = np.abs(measured / computed - 1.0)
     k, line = divmod(int(difference.argmax()), difference.shape[1])
     if difference[k, line] > CONTRADICTION:
@@ -220,17 +220,17 @@ def _check_agreement(axes: Sequence[str], frequencies: Array, computed: Complex,
 
 
 def peak_between_lines(peak: float, frequency: float, lines: Array, measured: Complex, ratios: Complex) -> float:
-    """Return the largest measured |S|, at the lines or at the computed peak, which may lie between two lines.
+    """Return the largest measured |S|, either at a line or at the computed peak, which may lie between two lines.
 
-    Between lines, it is the computed peak times the ratio of measured to computed S, which varies slowly from line to
-    line.
+    At the computed peak, |S| is estimated as this peak times the ratio of measured to computed S, which varies slowly
+    from line to line.
 
     Parameters
     ----------
     peak, frequency
         Largest computed |S|, and its frequency (Hz).
     lines, measured, ratios
-        Frequencies (Hz), measured S, and the ratio of measured to computed S, shape (n,).
+        Frequencies (Hz), measured S, and the ratio of measured to computed S, each of shape (n,).
     """
     ratio = np.interp(frequency, lines, ratios.real) + 1j * np.interp(frequency, lines, ratios.imag)
     return max(peak * float(np.abs(ratio)), float(np.abs(measured).max()))
@@ -248,26 +248,28 @@ def sensitivity(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> StabilityMargin:
-    """Return |S| of each axis over frequency, its peak and zone, computed and measured in a co-simulation.
+    """Compute |S| of each axis over frequency, measure it in a co-simulation, and return the peaks and zones.
 
-    S = 1/(1 + L) of an axis, with the loops of the other axes closed (ISO 14839-3). The study also computes the largest
-    singular values of S, T, PS and CS, and the disk margins of all loops at once (`linear.loop.disk_margin`). Curves
-    begin at 1 Hz and end at half the sample rate; measured curves and the zones end at 2 kHz.
+    The sensitivity of an axis is S = 1/(1 + L), with the loops of the other axes closed (ISO 14839-3). The study also
+    computes the largest singular values of S, T, PS and CS, and the disk margins of all loops at once
+    (`linear.loop.disk_margin`). Curves begin at 1 Hz and end at half the sample rate; measured curves and the zones end
+    at 2 kHz.
 
     Parameters
     ----------
     scenario, rotor, controller
-        Machine, its parameters and its control, without inputs and events (`studies.inputs.controlled`).
+        The machine with its parameters, its rotor and its controller, as for `studies.inputs.controlled`. Inputs and
+        events of the scenario are not used.
     speed
-        Spin speed (rad/s), or a string with its unit; that of the scenario by default.
+        Spin speed (rad/s), or a string with its unit; by default the speed of the scenario.
     amplifier
-        Whether the amplifiers have a bandwidth and a voltage limit, regardless of the scenario.
+        Whether the amplifiers have a bandwidth and a voltage limit even if the scenario's have none.
     delay
-        Whether currents are delayed by one sample, regardless of the scenario.
+        Whether currents are delayed by one sample even if the scenario's are not.
     sample_time
-        Sample time of the controller (s), or a string with its unit; that of the scenario by default.
+        Sample time of the controller (s), or a string with its unit; by default the sample time of the scenario.
     set, flavour
-        Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
+        Parameter values by `component.variable`, as numbers or strings with units, and the flavour of the FMUs.
 
     Raises
     ------
@@ -342,9 +344,9 @@ def sensitivity(
 
 
 def _all_loops(loop: Loop, frequencies: Array) -> tuple[GangOfFour, dict[str, DiskMargin]]:
-    """Return the four sensitivities at frequencies (Hz), and disk margins.
+    """Return the four sensitivities and the disk margins at frequencies (Hz).
 
-    The minima of the margins are refined between these frequencies, and between 0 Hz and the first frequency.
+    The minima of the margins are also refined between these frequencies, and between 0 Hz and the first of them.
     """
     n = len(loop.demands)
 
@@ -374,6 +376,6 @@ def _largest(matrices: Complex) -> Array:
 
 
 def _delay(parameters: Mapping[str, float | None]) -> float:
-    """Return the delay of a controller's demands in samples, from its parameters."""
+    """Return the delay of a controller's demands, in samples, from the controller's parameters."""
     chain = is_on(parameters.get("chain.preset") or 0.0, parameters.get("chain.delay") or 0.0)
     return float(chain) + (parameters.get("delay") or 0.0)

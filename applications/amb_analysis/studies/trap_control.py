@@ -16,10 +16,10 @@ from amb_cosim.presentation.text_tables import number
 
 @dataclass(frozen=True, eq=False)
 class Freed:
-    """Whether a control frees the rotor at the machine's point.
+    """Whether a kind of control frees the rotor at the machine's speed and unbalance.
 
     frees
-        Whether it excludes all states in contact.
+        Whether the control excludes all states in contact.
     currents
         Demanded current of each bearing.
     words
@@ -39,7 +39,7 @@ def control_of(
 ) -> dict[str, Freed]:
     """Return whether feedback, synchronous control and contact-aware control free the rotor.
 
-    The loop must be stable at this speed.
+    The loop without contact must be stable at this speed.
     """
     trapped = [state for state in states if state.contact and state.stable]
     free = [state for state in states if not state.contact and state.stable]
@@ -94,9 +94,9 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
 
 
 def _adaptation_growth(machine: RubbingRotor, at: Receptances, held: Receptances) -> Iterator[tuple[str, float]]:
-    """Yield sites and largest growth rate of the adaptation, over alpha (1), for the states in contact under `held`.
+    """Yield the sites and the adaptation's largest growth rate, divided by alpha (1), for each contact under `held`.
 
-    `at` are the receptances of the feedback alone.
+    `at` contains the receptances under feedback alone.
     """
     mu, r = machine.mu(at.Omega), (held.P @ (machine.unbalance * at.Omega**2))[None]
     for contact in all_sets(len(machine.sites))[1:]:

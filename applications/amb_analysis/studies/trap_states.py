@@ -1,4 +1,4 @@
-"""Synchronous states and bearing currents as the study of traps reports them."""
+"""Synchronous states and bearing currents, in the form in which the study of traps reports them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class BearingCurrent:
     """Synchronous current of a bearing.
 
     amplitude, phase
-        Amplitude in each axis (A), and phase lead relative to the unbalance in x (deg).
+        Amplitude in each axis (A), and phase by which the current in x leads the unbalance (deg).
     allowed
         Largest amplitude that the coils and the controller can follow (A).
     """
@@ -44,7 +44,7 @@ class BearingCurrent:
 
     @property
     def is_allowed(self) -> bool:
-        """Whether the amplitude is within the limit."""
+        """Whether the amplitude does not exceed `allowed`."""
         return self.amplitude <= self.allowed
 
 
@@ -67,17 +67,19 @@ class SynchronousState:
     contact
         Sites in contact.
     normal_forces, friction_forces, phases
-        Values at each site in contact (N, N, and deg from the reference of unbalance).
+        Normal force (N), friction force (N) and phase relative to the unbalance's reference (deg) at each site in
+        contact.
     orbits
         Distance of the journal from the centre at each site (m).
     currents
         Current of each bearing.
     growth, whirl_frequency, damping_ratio
-        Least damped small motion about the state: rate (1/s), frequency (rad/s, negative if backward), damping (1).
+        Growth rate (1/s), frequency (rad/s, negative if backward) and damping ratio (1) of the least damped small
+        motion about the state.
     vibrations
         Vibrations of the rotor in this state, the least damped first.
     stable, settles
-        Whether small motion decays, and whether it decays to 1/e within a thousand turns.
+        Whether small motions decay, and whether they decay to 1/e within a thousand turns.
     """
 
     contact: tuple[str, ...]
@@ -94,7 +96,7 @@ class SynchronousState:
     settles: bool
 
     def beyond(self, Omega: float) -> str:
-        """Return in words whether the rotor stays in the state."""
+        """Return a text that states whether the rotor stays in the state."""
         if self.stable:
             stays = "stays in contact" if self.contact else "stays free"
             return stays if self.settles else f"{stays}, vibrating"
@@ -104,7 +106,7 @@ class SynchronousState:
 
 
 def regime_of(states: tuple[SynchronousState, ...]) -> Regime:
-    """Return the possible behaviour of a rotor with these states."""
+    """Return the possible behaviour of a rotor that has these states."""
     free = any(not state.contact and state.stable for state in states)
     trapped = any(state.contact and state.stable for state in states)
     settled = any(state.contact and state.settles for state in states)
@@ -112,7 +114,7 @@ def regime_of(states: tuple[SynchronousState, ...]) -> Regime:
 
 
 def report_state(state: SolvedState, machine: RubbingRotor, Omega: float) -> SynchronousState:
-    """Return a state at a speed (rad/s) for the report."""
+    """Return a solved state at a speed (rad/s) in the form of the report."""
     small = state.small
     return SynchronousState(
         contact=state.contact,
@@ -134,7 +136,7 @@ def report_state(state: SolvedState, machine: RubbingRotor, Omega: float) -> Syn
 
 
 def currents_of(values: Mapping[str, complex], machine: RubbingRotor, Omega: float) -> dict[str, BearingCurrent]:
-    """Return complex currents (A) at a speed (rad/s) for the report, with the limit of each bearing."""
+    """Return complex currents (A) at a speed (rad/s) in the form of the report, with the limit of each bearing."""
     return {
         bearing: BearingCurrent(abs(value), math.degrees(np.angle(value)), allowed_current(machine, bearing, Omega))
         for bearing, value in values.items()

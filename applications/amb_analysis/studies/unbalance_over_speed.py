@@ -71,37 +71,39 @@ def unbalance_response(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> UnbalanceResponse:
-    """Return amplitude and phase at bearings, contact sites and shaft ends over the spin speed under unbalance.
+    """Return the unbalance response over the spin speed: amplitude and phase at bearings, contact sites and ends.
 
     [-Omega^2 M + i Omega (C + Omega G) + K - F(i Omega)] Q = Omega^2 (u, -i u)
 
     F describes the forces of a scenario's magnetic bearings, with controller, hold, delay and amplifiers
-    (`machine.response`); if there is only a rotor, F is 0. The speeds are denser near critical speeds and near all
-    maxima (`rotor_analysis.refinement`), so that both are accurate to 0.1 % for any `up_to`.
+    (`machine.response`); for a rotor alone, F is 0. The speeds are denser near critical speeds and near all maxima
+    (`rotor_analysis.refinement`), so that both are accurate to 0.1 % for any `up_to`.
 
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; by default that of the scenario, or the packs' default rotor.
+        A rotor or a rotor file; by default the rotor of the scenario, or the packs' default rotor.
     scenario, controller
-        Machine whose magnetic bearings levitate the rotor, and a controller that replaces its own.
+        Scenario of a machine whose magnetic bearings levitate the rotor, and a controller that replaces the machine's
+        own.
     mass
         Mass matrix of a rotor alone, `diagonal` or `consistent`; by default that of the rotor file.
     up_to
         Highest spin speed (rad/s), or a string with its unit. For a machine, the default is twice the scenario's speed,
-        or less if the loop becomes unstable below that. For a rotor alone, or a scenario at rest, it is the highest
-        speed of the rotor file, `[reduction] speed`, or else 6000 rpm.
+        or less if the loop becomes unstable below that. For a rotor alone, or a scenario at rest, the default is the
+        highest speed that the rotor file states (`[reduction] speed`), or else 6000 rpm.
     unbalance
-        Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario. If the
-        scenario has no unbalance, and for a rotor alone, the default is the residual unbalance of grade G 2.5 at the
-        scenario's speed, or at the highest speed of the rotor's file, or else at 6000 rpm.
+        Unbalance (kg m), or a string with its unit. By default, the machine has all unbalances that the scenario has at
+        its end. Without a scenario or an unbalance in it, the default is the residual unbalance of grade G 2.5. The
+        speed for this grade is that of the scenario or, for a rotor alone, the highest speed of the rotor file, or else
+        6000 rpm.
     place, node
-        Part with the unbalance, or its node number in the rotor file; by default the first disc.
+        Part that carries the unbalance, or the number of its node in the rotor file; by default the first disc.
     clearance
         Radial clearance (m), or a string with its unit, with which all amplitudes are compared; by default the
         clearance of the site at each place.
     set, flavour
-        Values of the scenario's parameters by `component.variable`; flavour of the FMUs.
+        Values of the scenario's parameters by `component.variable`, and the flavour of the FMUs.
 
     Raises
     ------
@@ -204,7 +206,7 @@ def _of_machine(
 
 
 def _stable(machine: Machine, speeds: Array) -> Array:
-    """Return the speeds below the first unstable one above the operating speed."""
+    """Return the speeds below the first speed, above the operating speed, at which the loop is unstable."""
     for k, Omega in enumerate(map(float, speeds)):
         if Omega > machine.Omega and not machine.loop.poles(Omega).stability.is_stable:
             return speeds[: max(k, 1)]
@@ -214,7 +216,7 @@ def _stable(machine: Machine, speeds: Array) -> Array:
 def _loads(
     machine: Machine, source: RotorSource, amount: float | None, place: str | None, node: int | None
 ) -> tuple[dict[Point, complex], dict[str, complex]]:
-    """Return the unbalance (kg m) by point and by place, either from the scenario or as an amount at a place."""
+    """Return unbalances (kg m) by point and by place, either those of the scenario or an amount at one place."""
     planned = machine.unbalanced_points
     if amount is None and place is None and node is None and planned:
         return planned, {name: u for name, u in machine.unbalance.items() if u}
@@ -233,7 +235,7 @@ def _loads(
 
 
 def _point(rotor: Rotor, source: RotorSource, place: str | None, node: int | None) -> Point:
-    """Return the point at which unbalance acts on a part of a rotor, or the node with a number in its file."""
+    """Return the point at which unbalance acts on a part of a rotor, or the node with this number in the file."""
     if place is not None and node is not None:
         raise ValueError(f"place = {place} is not allowed with node = {node}; set only one of them")
     parts = rotor.nodes_by_name
@@ -246,7 +248,7 @@ def _point(rotor: Rotor, source: RotorSource, place: str | None, node: int | Non
 
 
 def _named(rotor: Rotor, loads: Mapping[Point, complex]) -> dict[str, complex]:
-    """Return unbalances (kg m) by the name of a part at their point, or by its position."""
+    """Return unbalances (kg m) by the name of a part at their point or, without a part, by the point's position."""
     names = {rotor.point_of(name): name for name in reversed(rotor.nodes_by_name)}
     return {names.get(point, f"z = {rotor.position_of(point):.4g} m"): u for point, u in loads.items()}
 
@@ -254,7 +256,7 @@ def _named(rotor: Rotor, loads: Mapping[Point, complex]) -> dict[str, complex]:
 def _largest(
     rotor: Rotor, loads: Mapping[Point, complex], placed: Mapping[str, complex]
 ) -> tuple[float, float, dict[str, PlacedUnbalance]]:
-    """Return the largest unbalance of a point (kg m), its position (m), and the unbalances of the places."""
+    """Return the largest unbalance of any point (kg m), that point's position (m), and the unbalances of the places."""
     largest = max(loads, key=lambda point: abs(loads[point]))
     unbalances = {place: PlacedUnbalance(abs(u), math.degrees(cmath.phase(u))) for place, u in placed.items()}
     return abs(loads[largest]), rotor.position_of(largest), unbalances
@@ -263,7 +265,7 @@ def _largest(
 def _curves(
     rotor: Rotor, places: Mapping[str, int], response: Complex, clearance_of_all: float | None
 ) -> dict[str, PlaceResponse]:
-    """Return the curves of places from their displacements (m), shape (speeds, places, 2)."""
+    """Return the response at each place from the displacements of all places (m), shape (speeds, places, 2)."""
     amplitude, minor, phase = orbit(response)
     continuous, z = np.unwrap(phase, axis=0), rotor.shaft.nodes
     return {
@@ -282,7 +284,7 @@ def _curves(
 def _peaks(
     speeds: Array, places: Mapping[str, PlaceResponse], limits: Limits, operating: float | None
 ) -> tuple[CriticalResponse, ...]:
-    """Return the peaks; of several within half the half-power width, only the highest is kept."""
+    """Return the peaks; if several lie within half the half-power width, only the highest is kept."""
     peaks = highest_peaks(speeds, {name: place.amplitude for name, place in places.items()})
     return tuple(
         CriticalResponse(
@@ -306,7 +308,7 @@ def _first_disc(rotor: Rotor) -> Point:
 
 
 def _places(rotor: Rotor) -> dict[str, int]:
-    """Return the nodes of bearings, sites and shaft ends by name, each node once."""
+    """Return the nodes of bearings, sites and shaft ends, by name; each node occurs once."""
     z = rotor.shaft.nodes
     ends = (SimpleNamespace(name=f"end at z = {z[node - 1]:.4g} m", node=node) for node in (1, len(z)))
     parts: tuple[Any, ...] = (*rotor.bearings, *rotor.sites, *ends)
@@ -315,5 +317,5 @@ def _places(rotor: Rotor) -> dict[str, int]:
 
 
 def _clearance(rotor: Rotor, node: int) -> float | None:
-    """Return the smallest clearance (m) of the sites at a node; None if there is no site."""
+    """Return the smallest clearance (m) of the sites at a node; None if there is no site at the node."""
     return min((site.clearance for site in rotor.sites if site.node == node), default=None)

@@ -32,12 +32,12 @@ class PlaceResponse:
         Major semi-axis of the orbit (m), shape (n,).
     minor
         Minor semi-axis (m), shape (n,), negative where the orbit is backward. The product of pi and both semi-axes is
-        therefore the area of the orbit, with the sense of whirl as its sign.
+        therefore the signed area of the orbit, positive for forward whirl.
     phase
         Angle by which the forward part of the motion leads the unbalance (rad), continuous, shape (n,).
     clearance
-        Radial clearance there (m) minus the offset of its centre, the smallest of all places at this node; None if the
-        rotor cannot touch anything.
+        Smallest radial clearance (m), less the offset of its centre, of all places at this node; None if the rotor
+        cannot touch anything there.
     """
 
     node: int
@@ -79,7 +79,7 @@ class CriticalResponse:
         Amplification from the half-power width (`rotor_analysis.peaks`); below 2.5 no separation margin is required
         (API 617).
     margin
-        Distance from the operating speed (%), at least 0; None for a rotor alone.
+        Distance from the operating speed (%), never negative; None for a rotor alone.
     extrapolated
         Whether the speed is outside a table of coefficients.
     """
@@ -92,9 +92,10 @@ class CriticalResponse:
     extrapolated: bool = False
 
     def required_margin(self, operating: float) -> float | None:
-        """Return the margin (%) that API 617 requires from an operating speed (rad/s); None if the peak is damped.
+        """Return the margin (%) that API 617 requires to an operating speed (rad/s); None if the peak is damped.
 
-        min(16, 17 (1 - 1/(AF - 1.5))) for a peak below the speed,  min(26, 10 + 17 (1 - 1/(AF - 1.5))) above it
+        The margin is min(16, 17 (1 - 1/(AF - 1.5))) for a peak below the operating speed, and
+        min(26, 10 + 17 (1 - 1/(AF - 1.5))) for a peak above it.
         """
         if self.amplification < DAMPED:
             return None
@@ -114,9 +115,10 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
     rotor, mass
         Name of the rotor, and the mass matrix of its model.
     scenario, operating_speed
-        Name of the scenario of the machine, and its spin speed (rad/s); None for a rotor alone.
+        Name of the machine's scenario, and spin speed of the machine (rad/s); both are None for a rotor alone.
     unbalance, z
-        Largest unbalance of a node (kg m), summed over its places, and the position of the node (m).
+        Largest unbalance of a node (kg m), which is the sum over the places at the node, and the position of this node
+        (m).
     unbalances
         Unbalance of each place, by name.
     speeds
@@ -126,9 +128,9 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
     critical_speeds
         Peaks of the response, ascending.
     limits
-        Limits of the coefficients of bearings and seals.
+        Validity limits of the coefficients of bearings and seals.
     floating
-        Number of the four rigid-body motions that no bearing or seal opposes with stiffness.
+        Number of rigid-body motions, out of four, that no bearing or seal restrains with stiffness.
     stable_up_to
         Speed (rad/s) at which the response ends because the loop of the machine is unstable above it; otherwise None.
     """
@@ -151,7 +153,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
 
     @property
     def load(self) -> str:
-        """The unbalance in words."""
+        """Description of the unbalance in words."""
         amounts = (f"{_gram_metres(u.amount)} at {place}" for place, u in self.unbalances.items())
         return ", ".join(amounts)
 
@@ -226,7 +228,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
         ]
 
     def _backward_notes(self) -> list[str]:
-        """Return the ranges of speed in which unbalance whirls the rotor backward, each with its places."""
+        """Return lines about the ranges of speed in which unbalance whirls the rotor backward, and the places there."""
         unit, at = speed_unit(), dict[tuple[str, str], list[str]]()
         for name, place in self.places.items():
             for low, high in place.backward(self.speeds):
@@ -242,7 +244,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
 
 
 def _zero(speeds: Array, values: Array, first: int, second: int) -> float:
-    """Return the speed (rad/s) at which values cross 0 between two samples, or the speed of the only sample."""
+    """Return the speed (rad/s) at which values cross 0 between two samples; at an end, the speed of the one sample."""
     if first < 0 or second >= len(speeds):
         return float(speeds[max(first, 0) if second >= len(speeds) else second])
     return float(speeds[first] + (speeds[second] - speeds[first]) * values[first] / (values[first] - values[second]))

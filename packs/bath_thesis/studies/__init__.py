@@ -1,4 +1,4 @@
-"""Studies of the thesis's rig, its printed and measured numbers, and its open points."""
+"""Studies of the thesis's rig, of the thesis's printed and measured numbers, and of its open points."""
 
 from amb_analysis.studies import Study
 

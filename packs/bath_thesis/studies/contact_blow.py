@@ -1,4 +1,4 @@
-"""One blow of a mass against a retainer under a force law of the plant: force over penetration."""
+"""Force over penetration when a mass hits a retainer once, under a force law of the plant."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LEAST_RESTITUTION = 0.15  # below it the spring and damper of (4.3) does not osc
 
 
 def law_of_plant(law: str, k_c: float, delta_c: float, c_c: float, alpha_c: float, eta: float) -> ForceLaw:
-    """Return a force law as the plant evaluates it (`rotor_contact.contact.compliant.normal_force`).
+    """Return a force law in the form in which the plant evaluates it (`rotor_contact.contact.compliant.normal_force`).
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def law_of_plant(law: str, k_c: float, delta_c: float, c_c: float, alpha_c: floa
 
 
 def blow(law: ForceLaw, mass: float, speed: float, duration: float) -> tuple[Array, Array, Array]:
-    """Return penetration (m), its rate (m/s) and force (N) from first touch until the mass leaves, each of shape (n,).
+    """Return penetration (m), its rate (m/s) and force (N), shape (n,) each, from first touch until the mass leaves.
 
     m delta'' = -N(delta, delta'),  delta(0) = 0,  delta'(0) = `speed`
 
@@ -50,7 +50,7 @@ def blow(law: ForceLaw, mass: float, speed: float, duration: float) -> tuple[Arr
     mass, speed
         Mass (kg) and speed of approach (m/s).
     duration
-        Approximate duration of the contact (s); the mass must leave within a hundred times this.
+        Approximate duration of the contact (s); the mass must leave within a hundred times this duration.
 
     Raises
     ------
@@ -84,14 +84,14 @@ def blow(law: ForceLaw, mass: float, speed: float, duration: float) -> tuple[Arr
 
 
 def damping_ratio_of(restitution: float) -> float:
-    """Return the damping ratio zeta of a spring and damper that returns a share of the speed and never pulls.
+    """Return the damping ratio zeta with which a spring and damper that never pulls has a given restitution.
 
     e = exp(-zeta (pi - 2 asin zeta)/sqrt(1 - zeta^2))
 
     Parameters
     ----------
     restitution
-        e (1), from `LEAST_RESTITUTION` to 1.
+        Coefficient of restitution e (1), from `LEAST_RESTITUTION` to 1.
     """
 
     def excess(zeta: float) -> float:

@@ -1,4 +1,4 @@
-"""Study of the classical contact laws: force over penetration in impacts (thesis Figs 4.1, 4.2; 4.1 to 4.9, 4.13)."""
+"""Study of force over penetration under the classical contact laws (Figs 4.1, 4.2; equations 4.1 to 4.9, 4.13)."""
 
 from __future__ import annotations
 
@@ -33,22 +33,22 @@ EQUATIONS = {
 
 @dataclass(frozen=True, eq=False)
 class HysteresisLoop:
-    """A blow under a contact law.
+    """One impact under a contact law.
 
     equation
-        Number of its equation in the thesis, and of its figure.
+        Number of the law's equation in the thesis, and of its figure.
     penetration, force
         Penetration (m) and normal force (N) from first touch until the mass leaves, shape (n,).
     deepest
         Largest penetration (m).
     largest_force, smallest_force
-        Largest and smallest force (N); a negative force pulls the mass back, point B of Fig. 4.1.
+        Largest and smallest force (N); a negative force pulls the mass back (point B of Fig. 4.1).
     force_at_touch
-        Force at the first touch (N), point A of Fig. 4.1; the force jumps if it is not 0.
+        Force at the first touch (N), which is point A of Fig. 4.1; if it is not 0, the force jumps.
     restitution
-        Speed at which the mass leaves over its speed of approach (1).
+        Ratio of the speed at which the mass leaves to its speed of approach (1).
     loss, enclosed
-        Kinetic energy lost in the blow (J), and the area of the loop (J).
+        Kinetic energy lost in the impact (J), and area of the loop (J).
     """
 
     equation: str
@@ -74,7 +74,7 @@ class ContactLaws(DrawnResult):
     k_c, delta_c, c_c, alpha_c, eta
         Parameters of the site: stiffness (N/m), penetration (m), damping (N s/m), damping (s/m) and loss (1).
     laws
-        Loop by law.
+        Hysteresis loops, by name of the law.
     """
 
     name: ClassVar[str] = "contact_laws"
@@ -90,7 +90,7 @@ class ContactLaws(DrawnResult):
     laws: dict[str, HysteresisLoop]
 
     def text(self) -> list[TextBlock]:
-        """Return a table with a row for each law, and a line about the deficiencies of (4.3)."""
+        """Return a table with a row for each law, and a line about the shortcomings of (4.3)."""
         title = f"{self.mass:.3g} kg against a retainer at {self.speed:g} m/s, k_c = {self.k_c:g} N/m"
         headings = ("deepest (um)", "largest (kN)", "smallest (kN)", "at touch (kN)", "restitution", "loss (J)")
         table = labelled_table(title, "law (equation)", *headings)
@@ -123,25 +123,26 @@ def contact_laws(
     delta_c: Number = "10 um",
     mass: Number | None = None,
 ) -> ContactLaws:
-    """Return force over penetration of a mass that hits a retainer, for each classical law of the plant.
+    """Return force over penetration when a mass hits a retainer, for each classical law of the plant.
 
-    The thesis gives neither numbers in Figs 4.1 and 4.2 nor parameters of the laws. Stiffness and penetration are the
-    start values of the plant; the damped laws are tuned to return the same share e of the speed, (4.3) by e = exp(-zeta
-    (pi - 2 asin zeta)/sqrt(1 - zeta^2)), c_c = 2 zeta sqrt(k_c m), also used in (4.4) and (4.13), (4.6) by e = 1 -
-    alpha_c v (4.7), which holds to first order, and (4.8) by e^2 = (1 - 3/2 eta)/(1 + 3/2 eta).
+    The thesis gives neither numbers in Figs 4.1 and 4.2 nor parameters of the laws. Stiffness and penetration are
+    therefore the start values of the plant, and the damped laws are tuned to the same coefficient of restitution e. Law
+    (4.3) uses e = exp(-zeta (pi - 2 asin zeta)/sqrt(1 - zeta^2)) and c_c = 2 zeta sqrt(k_c m); laws (4.4) and (4.13)
+    use the same c_c. Law (4.6) uses e = 1 - alpha_c v (4.7), which holds to first order, and law (4.8) uses e^2 = (1 -
+    3/2 eta)/(1 + 3/2 eta).
 
     Parameters
     ----------
     speed
         Speed of approach (m/s), or a string with its unit.
     restitution
-        e (1), from 0.15 to 1.
+        Coefficient of restitution e (1), from 0.15 to 1.
     k_c
         Contact stiffness (N/m), or a string with its unit.
     delta_c
         Penetration (m) of laws (4.4) to (4.13), or a string with its unit.
     mass
-        Mass (kg), or a string with its unit; default: the effective mass of the rig's journal at MB1.
+        Mass (kg), or a string with its unit; by default the effective mass of the rig's journal at MB1.
 
     Raises
     ------
@@ -175,7 +176,7 @@ def journal_mass() -> float:
 
 
 def _loop(equation: str, law: ForceLaw, mass: float, speed: float, duration: float) -> HysteresisLoop:
-    """Return the loop of one impact."""
+    """Return the hysteresis loop of one impact."""
     delta, rate, force = blow(law, mass, speed, duration)
     return HysteresisLoop(
         equation=equation,

@@ -1,9 +1,9 @@
-"""Study of controls that free a rotor from contact after a step of unbalance, and their limits.
+"""Study of which controls free a rotor from contact after a step of unbalance, and of their limits.
 
 The rotor, its speed (16 Hz) and the unbalance factor are taken from Fig. 5.6, with unbalance added on D1. Adaptive
 controls are tried at each rate, with H of the rotor model and with H identified in the sampled loop. For each control
-and amount, the trials differ only in the instant of the step. Rotor, bearings and retainers are isotropic, so the
-instant matters only because of sampling and current limits. A share between none and all shows that the unbalance is
+and added unbalance, the trials differ only in the instant of the step. Rotor, bearings and retainers are isotropic, so
+the instant matters only because of sampling and current limits. If only some of the trials recover, the unbalance is
 close to the limit of the control.
 """
 
@@ -42,13 +42,13 @@ NUMBER = re.compile(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?")
 
 @dataclass(frozen=True)
 class RecoveryStatistics:
-    """Trials of one control and one unbalance.
+    """Trials of one control with one added unbalance.
 
     recovered_share
         Share of the trials that end free of contact (1).
     median_cycles
-        Median number of cycles from the step to the last contact in these trials; 0 without contact, None if there are
-        none.
+        Median number of cycles from the step to the last contact in the trials that recover. It is 0 without contact,
+        and None if no trial recovers.
     runs
         Each trial.
     """
@@ -60,24 +60,24 @@ class RecoveryStatistics:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ControlComparison(DrawnResult):
-    """Recovery from contact by control and added unbalance.
+    """Recovery from contact, by control and added unbalance.
 
     scenario
         Name of the varied scenario.
     speed
         Spin speed (Hz).
     unbalance_factor
-        Factor of all unbalances of the scenario (1).
+        Factor by which all unbalances of the scenario are multiplied (1).
     alphas
         Adaptation rates (1/s).
     end_cycle
         Cycle at which the runs end.
     instants
-        Number of instants of the step.
+        Number of instants at which the step is tried.
     added
-        Unbalances added on D1, before the factor (kg m), ascending.
+        Unbalances added on D1 (kg m), before multiplication by the factor, ascending.
     controls
-        By control, with its rate and the origin of its H, the statistics for each added unbalance.
+        Statistics for each added unbalance, by the label of the control, which states its rate and the origin of its H.
     """
 
     name: ClassVar[str] = "recovery"
@@ -107,7 +107,7 @@ class ControlComparison(DrawnResult):
 
 
 def _cell(cell: RecoveryStatistics) -> str:
-    """Return share (%) and duration (cycles) as text."""
+    """Return the share (%) and the duration (cycles) as text."""
     share = f"{100.0 * cell.recovered_share:.0f}"
     return share if cell.median_cycles is None else f"{share}, {cell.median_cycles:.1f}"
 
@@ -125,18 +125,19 @@ def recovery(
     Parameters
     ----------
     steps
-        Unbalances added on D1 (kg m), before the factor of the scenario, or a string with commas and units.
+        Unbalances added on D1 (kg m), before multiplication by the scenario's factor, or a comma-separated string with
+        units.
     instants
-        Number of instants of the step within a revolution. It should not be a multiple of four, because the four axes
-        would then have the same motion.
+        Number of instants within a revolution at which the step is tried. It should not be a multiple of four, because
+        the four axes would then have the same motion.
     alpha
-        Adaptation rates (1/s) on the amplitude, or a string with commas and units; (5.22) uses 7 1/s on half of the
-        amplitude.
+        Adaptation rates (1/s) on the amplitude, or a comma-separated string with units; (5.22) applies 7 1/s to half of
+        the amplitude.
     flavour
         Flavour of the FMUs.
     progress
-        Whether a bar is shown (default in a terminal and a notebook), or a function called with the number of runs done
-        and of all runs.
+        Whether to show a bar (default in a terminal and a notebook), or a function that is called with the number of
+        finished runs and the number of all runs.
 
     Raises
     ------
@@ -176,20 +177,20 @@ def recovery(
 
 
 def unbalances(raw: str | Sequence[Number]) -> list[float]:
-    """Return unbalances (kg m), ascending, from a sequence or a string separated by commas.
+    """Return unbalances (kg m), ascending, from a sequence or a comma-separated string.
 
-    In a string such as `8,12,16 g.m` the last unit applies to all numbers without one.
+    In a string such as `8,12,16 g.m`, the last unit applies to all numbers without a unit.
 
     Raises
     ------
     ValueError
-        If one of them is not a positive unbalance.
+        If one of the values is not a positive unbalance.
     """
     return sorted({positive(value, UNIT, "steps") for value in listed(raw)})
 
 
 def listed(raw: str | Number | Sequence[Number]) -> Sequence[Number]:
-    """Return the values of a sequence, a single value or a comma-separated string; its last unit applies to all."""
+    """Return the values of a sequence, a single value or a comma-separated string, whose last unit applies to all."""
     if not isinstance(raw, str):
         return raw if isinstance(raw, Sequence) else [raw]
     parts = [part.strip() for part in raw.split(",")]
@@ -198,6 +199,6 @@ def listed(raw: str | Number | Sequence[Number]) -> Sequence[Number]:
 
 
 def _statistics(rows: tuple[TrialRow, ...]) -> RecoveryStatistics:
-    """Return the statistics of the trials of a control and an unbalance."""
+    """Return the statistics of all trials of one control with one unbalance."""
     durations = [row.cycles for row in rows if row.recovered]
     return RecoveryStatistics(len(durations) / len(rows), median(durations) if durations else None, rows)

@@ -1,4 +1,4 @@
-"""Co-simulation of the three FMUs, for comparison of its orbit with the monolithic system."""
+"""Co-simulation of the three FMUs, whose orbit is compared with that of the monolithic system."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ SUBSTEP = 15.625e-6  # s, of the plant's integration; the shortest communication
 class Scheme:
     """Coupling of FMUs.
 
-    Order of the master; force with gradient or held; force from the mean or the final current of a step; whether the
-    controller predicts displacements over the delay of the order.
+    A scheme states the order of the master, and whether the force has a gradient within a step or is held. It also
+    states whether the force depends on the mean or the final current of a step, and whether the controller predicts the
+    displacements over the delay of the order.
     """
 
     coupling: Coupling = "gauss_seidel"
@@ -41,7 +42,7 @@ def cosimulated(
     samples: int,
     options: RunOptions = DEFAULTS,
 ) -> Complex:
-    """Return the complex displacement at the two bearings (m) at each sample from a co-simulation of the three FMUs.
+    """Return the complex displacement (m) at both bearings and each sample, from a co-simulation of the three FMUs.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ def cosimulated(
     samples
         Number of samples of the controller.
     options
-        Options of the run, with the flavour of the FMUs.
+        Options of the run, which include the flavour of the FMUs.
 
     Raises
     ------
@@ -70,7 +71,7 @@ def cosimulated(
 
 
 def scenario(levitation: Levitation, scheme: Scheme, step: float, samples: int) -> Scenario:
-    """Return the scenario of a co-simulation: an unbalanced rotor from rest."""
+    """Return the scenario of a co-simulation, in which an unbalanced rotor starts from rest."""
     actuator: dict[str, float] = {
         "force_law": NONLINEAR if levitation.nonlinear else MEASURED,
         "amplifier": IDEAL if levitation.bandwidth is None else DYNAMIC,

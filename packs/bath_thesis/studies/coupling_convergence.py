@@ -29,7 +29,7 @@ EXACT = 1e-6  # relative error of the orbit, below which the error of the plant'
 
 @dataclass(frozen=True)
 class LoopVariant:
-    """One levitated rotor, the schemes to compare by name, and the communication steps (s)."""
+    """One levitated rotor, the schemes that are compared (by name), and the communication steps (s)."""
 
     title: str
     levitation: Levitation
@@ -42,7 +42,7 @@ class SchemeErrors:
     """Errors of a scheme.
 
     errors
-        Largest distance from the orbits of the monolithic system, over the largest displacement (1), for each
+        Largest distance from the orbits of the monolithic system, divided by the largest displacement (1), for each
         communication step, shape (n,).
     order
         Order of convergence between the two shortest steps; None if the coupling is exact.
@@ -63,7 +63,7 @@ class ComparisonErrors:
     steps
         Communication steps (s), descending.
     schemes
-        Errors by name of the scheme.
+        Errors, by name of the scheme.
     """
 
     title: str
@@ -143,7 +143,7 @@ def comparisons() -> list[LoopVariant]:
 
 
 def coupling_error(flavour: Flavour = "native") -> CouplingConvergence:
-    """Return the errors of the co-simulation against the monolithic system, with their orders.
+    """Return the errors of the co-simulation, compared with the monolithic system, and the orders of convergence.
 
     Parameters
     ----------
@@ -160,10 +160,10 @@ def coupling_error(flavour: Flavour = "native") -> CouplingConvergence:
 
 
 def compare(comparison: LoopVariant, duration: float = DURATION, options: RunOptions = DEFAULTS) -> ComparisonErrors:
-    """Return the errors of each scheme at each communication step, and observed orders.
+    """Return the errors of each scheme at each communication step, and the observed orders of convergence.
 
-    An error is the largest distance between the orbits of both systems at the bearings and the controller's samples,
-    over the largest displacement.
+    An error is the largest distance between the orbits of the two systems, over all bearings and controller samples,
+    divided by the largest displacement.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def compare(comparison: LoopVariant, duration: float = DURATION, options: RunOpt
     duration
         Simulated time from rest (s).
     options
-        Options of the runs, with the flavour of the FMUs.
+        Options of the runs, which include the flavour of the FMUs.
     """
     levitation = comparison.levitation
     samples = math.ceil(in_steps(duration, levitation.sample_time))
@@ -186,7 +186,7 @@ def compare(comparison: LoopVariant, duration: float = DURATION, options: RunOpt
 
 
 def observed_order(steps: Sequence[float], errors: Sequence[float]) -> float | None:
-    """Return the order between the two shortest steps, log(e_1/e_2)/log(h_1/h_2); None if the coupling is exact."""
+    """Return the order of convergence over the two shortest steps, log(e_1/e_2)/log(h_1/h_2); None if exact."""
     if max(errors) < EXACT:
         return None
     (h_1, e_1), (h_2, e_2) = list(zip(steps, errors, strict=True))[-2:]

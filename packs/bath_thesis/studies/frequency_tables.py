@@ -39,14 +39,15 @@ class FrequencyTables:
     """Damped natural frequencies of a rotor, ascending.
 
     by_mesh
-        Frequencies (rad/s) by mesh, mass matrix and spin speed (rad/s); the finest mesh first (Table 3.1).
+        Frequencies (rad/s) by mesh, mass matrix and spin speed (rad/s), with the finest mesh first (Table 3.1).
     condensed
-        Frequencies (rad/s) by spin speed (rad/s), of the full and of the condensed model, diagonal mass (Table 3.4);
-        empty for a rotor without master planes.
+        Frequencies (rad/s) of the full and the condensed model with diagonal mass, by spin speed (rad/s) (Table 3.4).
+        It is empty for a rotor without master planes.
     condensation_error
-        Relative error of the condensed frequency (%) by spin speed (rad/s); None without master planes.
+        Relative errors of the condensed frequencies (%), by spin speed (rad/s); None without master planes.
     deviation_from_thesis
-        Deviation of frequencies from the thesis (%) by model, mass matrix and speed; None for any other rotor.
+        Deviations of the rig's frequencies from the thesis (%), by model, mass matrix and speed; None for any other
+        rotor.
     """
 
     by_mesh: Annotated[dict[str, ByMassAndSpeed], JsonKey("table_3_1")]
@@ -55,7 +56,7 @@ class FrequencyTables:
     deviation_from_thesis: Annotated[dict[str, ByMassAndSpeed] | None, "%", Layout.OMITTED_IF_NONE]
 
     def text(self) -> list[TextBlock]:
-        """Return a table for each field; frequencies are in rad/s, as in the thesis, unless a unit was chosen."""
+        """Return a table for each field; frequencies are in rad/s, as in the thesis, unless a unit has been chosen."""
         unit = speed_unit("rad/s")
         title = f"Table 3.1: damped natural frequencies ({unit.label})"
         parts: list[TextBlock] = [_table(title, ("mesh", "mass"), _rows(self.by_mesh), ".2f", unit.size)]
@@ -73,14 +74,14 @@ class FrequencyTables:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeshAndCondensation(WarnedResult, DrawnResult):
-    """Frequencies of a rotor by mesh, mass matrix and condensation.
+    """Frequencies of a rotor with different meshes and mass matrices, and after condensation.
 
     rotor
         Name of the rotor.
     frequencies
         The tables.
     condensation
-        Errors over the spin speed; None without planes to condense to.
+        Errors of the condensation over the spin speed; None without planes to condense to.
     """
 
     name: ClassVar[str] = "tables"
@@ -97,16 +98,16 @@ class MeshAndCondensation(WarnedResult, DrawnResult):
 def tables(
     rotor: RotorSource = None, *, up_to: Number = "6000 rpm", planes: str | Sequence[int] | None = None
 ) -> MeshAndCondensation:
-    """Return the frequencies of a rotor by mesh, mass matrix and condensation, and the errors of condensation.
+    """Return the frequencies of a rotor by mesh, mass matrix and condensation, and the errors of the condensation.
 
     Parameters
     ----------
     rotor
         A rotor or a rotor file; the rig of the thesis by default.
     up_to
-        Highest spin speed of the errors (rad/s), or a string with its unit.
+        Highest spin speed (rad/s) at which errors are computed, or a string with its unit.
     planes
-        Nodes to condense to, also as a string separated by commas; by default the master planes of the rotor.
+        Nodes to condense to, as a sequence or a comma-separated string; by default the master planes of the rotor.
 
     Raises
     ------
@@ -121,9 +122,9 @@ def tables(
 
 
 def frequency_tables(rotor: Rotor) -> FrequencyTables:
-    """Return the first eight damped natural frequencies of a rotor at three speeds, by mesh and condensed.
+    """Return the first eight damped natural frequencies of a rotor at three speeds, by mesh and after condensation.
 
-    For the thesis's rig, they are compared with the printed frequencies (`printed_frequencies.toml`).
+    For the thesis's rig, the frequencies are compared with the printed ones (`printed_frequencies.toml`).
     """
     meshes = sorted(mesh_family(rotor).items(), reverse=True)
     by_mesh: dict[str, ByMassAndSpeed] = {
@@ -147,7 +148,7 @@ def _by_speed(rotor_model: SupportedRotor) -> dict[str, list[float]]:
 
 
 def _deviations(computed: dict[str, ByMassAndSpeed]) -> dict[str, ByMassAndSpeed]:
-    """Return the deviations of frequencies from the thesis (percent), for each printed row."""
+    """Return the deviations (%) of the frequencies from the thesis, for each printed row."""
     return {
         model: {
             mass: {
@@ -162,7 +163,7 @@ def _deviations(computed: dict[str, ByMassAndSpeed]) -> dict[str, ByMassAndSpeed
 
 
 def _rows(models: Mapping[str, ByMassAndSpeed]) -> Iterator[tuple[Any, ...]]:
-    """Yield the labels of each row, and its numbers."""
+    """Yield the labels and the numbers of each row."""
     for model, masses in models.items():
         for mass, speeds in masses.items():
             for speed, row in speeds.items():
@@ -170,9 +171,9 @@ def _rows(models: Mapping[str, ByMassAndSpeed]) -> Iterator[tuple[Any, ...]]:
 
 
 def _table(title: str, labels: tuple[str, ...], rows: Iterable[tuple[Any, ...]], form: str, size: float = 1.0) -> Table:
-    """Return a table with a line for each row: its labels and spin speed, and its numbers over the size of their unit.
+    """Return a table with a line for each row: its labels, its spin speed, and its numbers divided by their unit.
 
-    The lowest frequency is first.
+    The numbers of a line begin with the lowest frequency.
     """
     filled, speed = list(rows), speed_unit()
     numbers = [str(k + 1) for k in range(max((len(row[-1]) for row in filled), default=0))]

@@ -1,4 +1,4 @@
-"""Study of H, the inverse of the receptance, over the spin speed: exact, interpolated, printed (thesis Fig. 5.3)."""
+"""Study of exact, interpolated and printed H, the inverse of the receptance, over the spin speed (thesis Fig. 5.3)."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class InterpolationError:
     relative_error
         |H - H_exact| / |H_exact| in the Frobenius norm (1).
     left_by_a_step
-        |I + H R|, the largest share of a synchronous force that remains after a full step U <- U + H Q (1), which is 0
-        for exact H.
+        |I + H R|, the largest share of a synchronous force that remains after a full step U <- U + H Q (1). It is 0 for
+        exact H.
     """
 
     relative_error: Array
@@ -51,19 +51,19 @@ class InverseReceptance(WarnedResult, DrawnResult):
     speeds
         Spin speeds (Hz), shape (n,).
     table
-        Speeds of the table of the thesis (Hz).
+        Speeds in the thesis's table (Hz).
     forces
         Names of the forces.
     h, h_interpolated
-        H (N/m), complex, shape (n, 4, 8): exact, and interpolated in the table of the thesis.
+        Exact H, and H interpolated in the thesis's table (N/m), both complex, of shape (n, 4, 8).
     condition_number
         Condition number of R at each speed (1), shape (n,).
     tables
-        Error of interpolation in the table of the thesis (`thesis`) and in one with a row for each Hz (`every_hertz`).
+        Errors of interpolation in the thesis's table (`thesis`), and in a table with a row for each Hz (`every_hertz`).
     norm_by_force
-        |H_i| of each force (Fig. 5.3) (N/m), shape (n, 4).
+        |H_i| (N/m) of each force (Fig. 5.3), shape (n, 4).
     at_10_hz
-        H at 10 Hz and the matrix printed in the thesis; None for other rotors.
+        H at 10 Hz and the matrix printed in the thesis; None for any rotor except the thesis's rig.
     """
 
     name: ClassVar[str] = "h_matrix"
@@ -81,7 +81,7 @@ class InverseReceptance(WarnedResult, DrawnResult):
     at_10_hz: Annotated[PrintedH | None, Layout.OMITTED_IF_NONE]
 
     def text(self) -> list[TextBlock]:
-        """Return the largest errors between adjacent speeds of the thesis's table, and H at 10 Hz."""
+        """Return a table of the largest errors between adjacent speeds of the thesis's table, and H at 10 Hz."""
         unit, hertz = speed_unit(), SIZES["speed"]["Hz"]
         table = labelled_table(
             f"{self.rotor}: H interpolated between the speeds of the table",
@@ -110,7 +110,7 @@ class InverseReceptance(WarnedResult, DrawnResult):
 def h_matrix(
     rotor: RotorSource = None, *, up_to: Number = "50 Hz", k_b: Number = "1e6 N/m", c_b: Number = "5000 N.s/m"
 ) -> InverseReceptance:
-    """Return H over the spin speed, exact and interpolated by the controller, with errors for two tables.
+    """Return exact H over the spin speed, H as the controller interpolates it, and the errors for two tables.
 
     H = -(R^H W R)^-1 R^H W     (5.10)
 
@@ -126,7 +126,8 @@ def h_matrix(
     Raises
     ------
     ValueError
-        If the rotor lacks the planes of the sensors and bearings, an argument is out of range, or an R is singular.
+        If the rotor lacks the planes of the sensors and bearings, an argument is out of range, or R is singular at a
+        speed.
     """
     rotor_data = load_rotor(rotor)
     loop = control_loop(rotor_data)
@@ -163,16 +164,16 @@ def h_matrix(
 
 
 def interpolated(loop: ControlLoop, table_speeds: Array, receptances: Complex, speeds: Array) -> Complex:
-    """Return H at some speeds as the controller interpolates it: linearly between table speeds, constant outside.
+    """Return H as the controller interpolates it: linearly between the speeds of a table, and constant outside.
 
     Parameters
     ----------
     loop
         Names of the controller's bearings and sensors.
     table_speeds, receptances
-        Speeds of the table (rad/s), shape (m,), ascending, and R there (m/N), shape (m, n_sensors, n_axes).
+        Ascending speeds of the table (rad/s), shape (m,), and R at these speeds (m/N), shape (m, n_sensors, n_axes).
     speeds
-        Speeds of H (rad/s), shape (n,).
+        Speeds at which H is returned (rad/s), shape (n,).
 
     Returns
     -------
@@ -182,7 +183,7 @@ def interpolated(loop: ControlLoop, table_speeds: Array, receptances: Complex, s
     Raises
     ------
     ValueError
-        If an R cannot be inverted.
+        If R cannot be inverted at one of the speeds.
     """
     constants = pack(loop, table_speeds, receptances)
     table = built_table(constants, sizes_of(constants))

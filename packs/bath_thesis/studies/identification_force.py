@@ -1,4 +1,4 @@
-"""Study of the test force of an identification over the spin speed (thesis Fig. 5.2; 6.3 to 6.6)."""
+"""Study of the test force of an identification over the spin speed (Fig. 5.2, equations 6.3 to 6.6)."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ JUMP = 30.0  # Hz, where S of (6.6) is not continuous
 
 @dataclass(frozen=True, eq=False)
 class ForceColumns:
-    """Test force over frequency; all arrays have the shape (n,).
+    """Test force as a function of frequency; all arrays have the shape (n,).
 
     frequencies
         Frequencies (Hz).
@@ -44,10 +44,10 @@ class ForceColumns:
     periods_per_slot
         Revolutions of a slot, N_per (1) (6.3).
     t_halt
-        Duration of an identification, during which ROLAC is halted (s) (6.4).
+        Duration of an identification (s), during which ROLAC is halted (6.4).
     response_mb1, response_mb2
-        Amplitude of the rig's journal in each bearing under its force, at 1e6 N/m and 5000 N s/m (m); the thesis aims
-        at about 0.1 mm.
+        Amplitude (m) of the rig's journal in each bearing under the test force there, with bearings of 1e6 N/m and 5000
+        N s/m. The thesis aims at about 0.1 mm.
     """
 
     frequencies: Annotated[Array, "Hz"]
@@ -66,7 +66,7 @@ class IdentificationForce(DrawnResult):
     columns
         The force over the range of frequencies.
     at_the_jump
-        The force just below 30 Hz and at 30 Hz; empty if the range ends below 30 Hz.
+        The force just below 30 Hz and at 30 Hz; empty if the range does not extend beyond 30 Hz.
     at_the_speeds_of_the_thesis
         The force at the identification speeds of the thesis.
     """
@@ -101,7 +101,7 @@ class IdentificationForce(DrawnResult):
 
 
 def test_force(up_to: Number = "50 Hz") -> IdentificationForce:  # noqa: PT028  # no test: a force
-    """Return amplitude and duration of the test force of an identification over the spin speed (6.3 to 6.6).
+    """Return the amplitude and duration of an identification's test force over the spin speed (6.3 to 6.6).
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def _columns(frequencies: Sequence[float]) -> ForceColumns:
 
 
 def _responses(frequencies: Sequence[float], amplitudes: Sequence[float]) -> tuple[Array, ...]:
-    """Return the amplitude (m) of the rig's journal in each bearing under a test force (N) in x there."""
+    """Return the amplitude (m) of the rig's journal in each bearing under a test force (N) in x at that bearing."""
     rotor = load_rotor("bath_rig_thesis")
     loop = control_loop(rotor)
     R = levitated_receptance(rotor, 2.0 * math.pi * np.array(frequencies), K_B, C_B).reshape(-1, *loop.shape)

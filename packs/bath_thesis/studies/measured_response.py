@@ -1,4 +1,4 @@
-"""Study of the norm of the synchronous response over frequency, modelled and measured (thesis Fig. 5.1, 5.18, 5.19)."""
+"""Study of the modelled and measured norm of the synchronous response (Fig. 5.1, equations 5.18 and 5.19)."""
 
 from __future__ import annotations
 
@@ -58,13 +58,13 @@ class SynchronousResponse(WarnedResult, DrawnResult):
     speeds
         Spin speeds of the curves (Hz), shape (n,).
     thesis
-        S(f) of (5.19) over the speeds (m/N), shape (n,).
+        S(f) of (5.19) at these speeds (m/N), shape (n,).
     norm
         S_i = (R_i^H R_i)^(1/2) of the model with continuous control (m/N), shape (n, n_axes).
     norm_without_conjugate
-        |R_i^T R_i|^(1/2), (5.18) as printed, without the conjugate (m/N), shape (n, n_axes).
+        |R_i^T R_i|^(1/2) (m/N), shape (n, n_axes), which is (5.18) as printed, without the conjugate.
     at_speeds
-        Both models, the thesis and the measurement at some speeds.
+        Norms of both models, of the thesis and of the measurement at the identification speeds.
     """
 
     name: ClassVar[str] = "synchronous_response"
@@ -78,7 +78,7 @@ class SynchronousResponse(WarnedResult, DrawnResult):
     at_speeds: NormAtSpeeds
 
     def text(self) -> list[TextBlock]:
-        """Return a table with a row for each speed of the measurement, for the forces in x."""
+        """Return a table for the forces in x, with a row for each speed of the measurement."""
         x_forces = range(0, len(self.forces), 2)
         kinds = {"model": "continuous", "sampled": "sampled", "measured": "measured"}
         headings = [f"{kind} {self.forces[k]}" for kind in kinds for k in x_forces]
@@ -110,7 +110,7 @@ def synchronous_response(
     flavour: Flavour = "native",
     progress: bool | None = None,
 ) -> SynchronousResponse:
-    """Return the norm of the synchronous response over frequency, from the model and identified in co-simulations.
+    """Return the norm of the synchronous response over frequency, modelled, and identified in co-simulations.
 
     S_i(f) = (R_i^H R_i)^(1/2)     (5.18)
 
@@ -128,7 +128,7 @@ def synchronous_response(
     flavour
         Flavour of the FMUs.
     progress
-        Whether to show bars; default in a terminal and a notebook.
+        Whether to show bars; by default, they are shown in a terminal and a notebook.
 
     Raises
     ------
@@ -171,11 +171,11 @@ def synchronous_response(
 
 
 def linearised_norm(frequencies: Array) -> Array:
-    """Return S(f) of (5.19) (m/N) at some frequencies (Hz); the thesis states it in micrometres."""
+    """Return S(f) of (5.19) (m/N) at several frequencies (Hz); the thesis states S in micrometres."""
     rounded = np.round(frequencies, 9)
     return np.array([1e-6 * FORCE / amplitude_at(float(f)) for f in rounded])
 
 
 def _norm(R: Complex) -> Array:
-    """Return the norm of each column of each R, shape (n, n_axes)."""
+    """Return the norm of each column of R at each speed, shape (n, n_axes)."""
     return np.asarray(np.linalg.norm(R, axis=1))

@@ -1,13 +1,13 @@
 """Monolithic model of the levitated rig: the reference for a co-simulation of its parts.
 
-It shares no code with the plant's kernels or the master. The reduced rotor is described by complex coordinates
+The model shares no code with the plant's kernels or the master. The reduced rotor is described by complex coordinates
 r = x + i y,
 
     M r'' - i Omega G_1 r' + (K - B K_s B^T) r = Omega^2 u exp(i theta) + B (F + N)
     C = -(K_b + K_s) r_n - C_b (r_n - r_(n-1)) / T,  constant between samples
     F = C, or with an amplifier F' = omega_b (C - F)
 
-with N = 0 for the linear law, and the difference between the force and K_s r + F for the law (2.6).
+Here, N is 0 for the linear law. For the law (2.6), N is the difference between the force and K_s r + F.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ DISCS = {"d1": 0, "d2": 1, "d3": 3, "d4": 5}
 
 @dataclass(frozen=True)
 class Levitation:
-    """A levitated rotor: spin speed (rad/s), unbalance (kg m) at `disc`, constants of bearing and controller (SI).
+    """A levitated rotor: spin speed (rad/s), unbalance (kg m) at `disc`, and SI constants of bearings and controller.
 
     k_i
-        Current stiffness (N/A); needed only by the law (2.6), which depends on the current itself.
+        Current stiffness (N/A), which only the law (2.6) needs, because it depends on the current itself.
     bandwidth
-        Bandwidth of the amplifiers (Hz); None for ideal ones.
+        Bandwidth of the amplifiers (Hz); None for ideal amplifiers.
     nonlinear
         Whether the force follows (2.6) with saturation; K_s and K_i are then the constants that the controller assumes.
     """
@@ -56,7 +56,7 @@ class Levitation:
 
 
 class MonolithicSystem:
-    """The extended linear system z = (r, r', exp(i theta), F_1, F_2, C_1, C_2), with all excitations as states."""
+    """Extended linear system, whose states z = (r, r', exp(i theta), F_1, F_2, C_1, C_2) include all excitations."""
 
     def __init__(self, levitation: Levitation) -> None:
         rotor = load_rotor()
@@ -91,7 +91,7 @@ class MonolithicSystem:
         return self.z[BEARINGS].copy()
 
     def sample(self) -> None:
-        """Take a sample and hold the force of the PID law."""
+        """Sample the displacements, and set the force of the PID law, which is held until the next sample."""
         levitation, displacement = self.levitation, self.bearings
         difference = displacement - self.previous
         stiffness, damping = levitation.k_b + levitation.k_s, levitation.c_b
@@ -102,10 +102,10 @@ class MonolithicSystem:
 
 
 def free_orbit(levitation: Levitation, samples: int) -> Complex:
-    """Return the complex displacement at the two bearings (m) at each sample, from rest, shape (samples + 1, 2).
+    """Return the complex displacement (m) at both bearings and each sample, from rest, shape (samples + 1, 2).
 
-    There is no contact. Between samples the extended system is linear, and its matrix exponential advances it without
-    error; with the law (2.6) it is integrated to tight tolerances.
+    The model has no contact. Between samples, the extended system is linear, so its matrix exponential advances it
+    without error. With the law (2.6), the system is integrated to tight tolerances instead.
     """
     system = MonolithicSystem(levitation)
     advance = expm(system.A * levitation.sample_time)

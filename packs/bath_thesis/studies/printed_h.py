@@ -17,7 +17,7 @@ FREQUENCY = 10.0  # Hz
 
 @dataclass(frozen=True, eq=False)
 class PrintedH:
-    """Magnitudes of H at 10 Hz, computed and printed; the signs of the printed matrix are not known.
+    """Magnitudes of computed and printed H at 10 Hz; the signs of the printed elements are not known.
 
     forces
         Names of the forces, in the order of the rows.
@@ -26,11 +26,12 @@ class PrintedH:
     frobenius_norm_computed, frobenius_norm_printed
         Frobenius norms (N/m).
     norm_by_force_computed, norm_by_force_printed
-        Norms of the rows, |H_i| of Fig. 5.3 (N/m), shape (n_axes,).
+        Norms of the rows (N/m), which are |H_i| of Fig. 5.3, shape (n_axes,).
     norm_by_sensor_computed, norm_by_sensor_printed
         Norms of the columns (N/m), shape (n_sensors,).
     across_computed, across_printed
-        Share of the Frobenius norm in elements that couple x and y, if the printed signals alternate x and y (1).
+        Share (1) of the Frobenius norm in elements that couple x and y, assuming that the printed signals alternate
+        between x and y.
     """
 
     forces: tuple[str, ...]
@@ -46,7 +47,7 @@ class PrintedH:
     across_printed: float
 
     def text(self) -> list[TextBlock]:
-        """Return a table of the elements, and a line with the norms."""
+        """Return a table of the elements, and a line about the norms."""
         at = speed_unit().text(SIZES["speed"]["Hz"] * FREQUENCY)
         title = f"|H| at {at} (N/um): computed, printed in section 6.2"
         table = labelled_table(title, "signal", *self.forces, "norm")
@@ -66,7 +67,7 @@ class PrintedH:
 
 
 def compare_with_print(H: Complex, forces: tuple[str, ...]) -> PrintedH:
-    """Return H of the rig at 10 Hz (N/m), shape (4, 8), and the printed matrix."""
+    """Compare H of the rig at 10 Hz (N/m), shape (4, 8), with the printed matrix."""
     computed, printed = np.abs(H), np.abs(printed_h())
     return PrintedH(
         forces=forces,
@@ -96,5 +97,5 @@ def _across(H: Array) -> float:
 
 
 def _pair(values: Array) -> str:
-    """Return computed and printed value (N/um)."""
+    """Return the computed and the printed value (N/um) as text."""
     return ", ".join(f"{1e-6 * value:z.3f}" for value in values)

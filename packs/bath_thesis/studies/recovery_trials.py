@@ -1,4 +1,4 @@
-"""Runs of the study of recovery: the scenario of Fig. 5.6 with other controls, rates, H and steps of unbalance."""
+"""Runs of the recovery study: the scenario of Fig. 5.6 with other controls, rates, H and steps of unbalance."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ END = 60.0  # cycle
 
 @dataclass(frozen=True)
 class Control:
-    """A control: its name, its settings, and whether it adapts at the rate alpha and uses H."""
+    """A control: its name, its settings, whether it adapts at the rate alpha, and whether it uses H."""
 
     name: str
     settings: Mapping[str, Raw]
@@ -46,7 +46,7 @@ CONTROLS = (
 
 @dataclass(frozen=True)
 class AdaptedControl:
-    """A control with its adaptation rate (1/s), and whether H is identified in the sampled loop or from the model."""
+    """A control, its adaptation rate (1/s), and whether its H is identified in the sampled loop or from the model."""
 
     control: Control
     alpha: float
@@ -54,13 +54,13 @@ class AdaptedControl:
 
     @property
     def label(self) -> str:
-        """Name with rate and origin of H, if the control has them."""
+        """Name of the control, with its rate and the origin of its H if it has these."""
         rate = [f"{self.alpha:g} 1/s"] if self.control.adapts else []
         return ", ".join([self.control.name, *rate, *(["H identified"] if self.is_identified else [])])
 
 
 def adapted_controls(alphas: Sequence[float]) -> list[AdaptedControl]:
-    """Return all controls at each rate (1/s), with H of the model and identified."""
+    """Return all controls at each rate (1/s), both with H of the model and with identified H."""
     return [
         AdaptedControl(control, alpha, is_identified)
         for control in CONTROLS
@@ -71,9 +71,9 @@ def adapted_controls(alphas: Sequence[float]) -> list[AdaptedControl]:
 
 @dataclass(frozen=True)
 class RecoveryTrial:
-    """One run: control, unbalance added on D1 (kg m, before the scenario's factor), and cycle of the step.
+    """One run: control, unbalance (kg m) added on D1 before the scenario's factor applies, and cycle of the step.
 
-    `table` holds the receptances identified in the sampled loop.
+    `table` contains the receptances that were identified in the sampled loop, if the control uses them.
     """
 
     control: AdaptedControl
@@ -85,7 +85,7 @@ class RecoveryTrial:
 
 @dataclass(frozen=True)
 class TrialRow:
-    """Result of a trial: cycle of the step, whether the rotor recovered, and cycles from step to last contact."""
+    """Result of a trial: cycle of the step, whether the rotor recovered, and cycles until the last contact."""
 
     disturbance_cycle: float
     recovered: bool
@@ -93,7 +93,7 @@ class TrialRow:
 
 
 def simulate_all(trials: Sequence[RecoveryTrial], progress: Progress) -> list[TrialRow]:
-    """Simulate trials with one process per processor, and return their results.
+    """Simulate trials in parallel, with one process per processor, and return their results.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def simulate_trial(trial: RecoveryTrial) -> TrialRow:
 
 
 def row_of(trial: RecoveryTrial, is_free: bool, last: float | None) -> TrialRow:
-    """Return the row of a trial with the last contact in cycle `last`, which is None without contact."""
+    """Return the result of a trial whose last contact is in cycle `last`, which is None without contact."""
     return TrialRow(trial.cycle, is_free, max(0.0, (last or 0.0) - trial.cycle))
 
 
@@ -134,7 +134,7 @@ def prepare_trial(trial: RecoveryTrial) -> ScenarioPlan:
 
 
 def trial_scenario(trial: RecoveryTrial) -> Scenario:
-    """Return the scenario of Fig. 5.6 with another step, recording every sample of the contact state."""
+    """Return the scenario of Fig. 5.6 with another step; every sample of the contact state is recorded."""
     base = load_scenario(SCENARIO)
     before = quantity(base.inputs["rotor_contact"][DISC], "kg.m", DISC)
     step = Event(

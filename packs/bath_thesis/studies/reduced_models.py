@@ -1,4 +1,4 @@
-"""Study of models of the rig: full, condensed, and on a coarse mesh (thesis Figs 3.4 to 3.7, Tables 3.1, 3.4)."""
+"""Study of full, condensed and coarse-mesh models of the rig (thesis Figs 3.4 to 3.7, Tables 3.1 and 3.4)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ DRAWN = (FULL, CONDENSED, COARSE)
 
 @dataclass(frozen=True, eq=False)
 class ReducedModel:
-    """One model over the spin speed.
+    """Results of one model over the spin speed.
 
     coordinates
         Number of its degrees of freedom.
@@ -52,13 +52,13 @@ class ReducedModel:
 
 @dataclass(frozen=True)
 class MeanError:
-    """Mean absolute error of eight frequencies at 90, 120 and 145 rad/s against a mesh of 23 nodes, consistent mass.
+    """Mean absolute error of eight frequencies at 90, 120 and 145 rad/s, relative to 23 nodes with consistent mass.
 
     computed, thesis
-        The error (%); None where the thesis states none.
+        Computed error (%), and the error in the thesis (%); None where the thesis states no error.
     mass, diametral_inertia
-        Mass (kg), and diametral inertia about the centre of mass (kg m^2), of the model as a rigid body; None if it is
-        condensed.
+        Rigid-body mass (kg) of the model, and its diametral inertia about the centre of mass (kg m^2); None if the
+        model is condensed.
     """
 
     computed: Annotated[float, "%"]
@@ -69,7 +69,7 @@ class MeanError:
 
 @dataclass(frozen=True, eq=False)
 class FrequenciesBeside:
-    """Frequencies computed and in the thesis (rad/s), and their deviation (%), each of shape (8,)."""
+    """Computed frequencies, those of the thesis (rad/s), and the deviations between them (%), each of shape (8,)."""
 
     computed: Annotated[Array, "rad/s"]
     thesis: Annotated[Array, "rad/s"]
@@ -78,22 +78,22 @@ class FrequenciesBeside:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModelReduction(DrawnResult):
-    """The rig with 13 nodes, condensed to six planes, and with six nodes.
+    """Models of the rig: with 13 nodes, condensed to six planes, and with six nodes.
 
     unbalance, node
-        Unbalance of the response (kg m), and its node.
+        Unbalance that causes the response (kg m), and the node at which it acts.
     speeds
         Spin speeds of the curves (rad/s), shape (n,).
     models
-        The three models over the spin speed, diagonal mass.
+        Results of the three models over the spin speed, with diagonal mass.
     largest_response_error
         Largest deviation of the amplitudes of the other two models from the full model (%).
     mean_errors
         Errors of the frequencies by model and mass matrix (Figs 3.4, 3.5).
     frequencies
-        Frequencies compared with Tables 3.1 (19 nodes) and 3.4 (6 nodes), by model, mass matrix and speed (rad/s).
+        Frequencies by model, mass matrix and speed (rad/s), compared with Tables 3.1 (19 nodes) and 3.4 (6 nodes).
     printed_change
-        Relative difference of the printed frequencies for 6 and 13 nodes (%), diagonal mass, 90 rad/s.
+        Relative difference (%) between the printed frequencies for 6 and for 13 nodes, with diagonal mass at 90 rad/s.
     """
 
     name: ClassVar[str] = "reduction"
@@ -108,7 +108,7 @@ class ModelReduction(DrawnResult):
     printed_change: Annotated[Array, "%"]
 
     def text(self) -> list[TextBlock]:
-        """Return the errors of the models, the comparison with the thesis, and why 6 nodes disagree."""
+        """Return the errors of the models, the comparison with the thesis, and the reason why 6 nodes disagree."""
         unit = speed_unit()
         *slower, fastest = map(unit.number, SPEEDS)
         title = f"Mean error of eight frequencies at {', '.join(slower)} and {fastest} {unit.label} (%)"
@@ -144,7 +144,7 @@ class ModelReduction(DrawnResult):
 
 
 def reduction(*, up_to: Number = "4775 rpm", unbalance: Number = "0.5 g.m") -> ModelReduction:
-    """Return frequencies and unbalance response of the rig with 13 nodes, condensed and with 6 nodes, and their errors.
+    """Return frequencies, unbalance response and errors of the rig with 13 nodes, condensed, and with 6 nodes.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def _mean_error(model: SupportedRotor, frequencies: Array, finest: Array, thesis
 
 
 def _beside(frequencies: Array, printed: dict[str, list[float]]) -> dict[str, FrequenciesBeside]:
-    """Return computed and printed frequencies by speed."""
+    """Return the computed and the printed frequencies, by speed."""
     return {
         speed: FrequenciesBeside(row, np.array(numbers), 100.0 * (row / np.array(numbers) - 1.0))
         for row, (speed, numbers) in zip(frequencies, printed.items(), strict=True)

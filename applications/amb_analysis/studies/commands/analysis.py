@@ -1,4 +1,4 @@
-"""Commands for analyses: the modes of a rotor, and studies that draw figures."""
+"""The commands `study` and `linearise`, and the function with which packs add studies."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ study.list_in_section("Checks of a result", "convergence", "coupling")
 
 
 class RotorStudy(click.Command):
-    """A study of a rotor alone, which refuses a scenario and names the study of the levitated machine."""
+    """A command for a study of a rotor alone; it refuses a scenario and names the study of the levitated machine."""
 
     levitated = "poles"
 
@@ -122,7 +122,7 @@ class RotorStudy(click.Command):
 
 
 class ResponseOfRotor(RotorStudy):
-    """A study of the responses of a rotor alone."""
+    """A command for the study of the responses of a rotor alone."""
 
     levitated = "response"
 
@@ -130,14 +130,14 @@ class ResponseOfRotor(RotorStudy):
 def add_study(
     name: str, *options: Option, shows_progress: bool = False, cls: type[click.Command] = click.Command
 ) -> None:
-    """Add a study of `amb_analysis.studies.STUDIES` to the command line; the `commands` modules of packs use it, too.
+    """Add a study of `amb_analysis.studies.STUDIES` to the command line; packs do this in their `commands` modules.
 
     Parameters
     ----------
     name
         Name of the study; its function is imported when the command runs.
     options
-        Options of the command. Their values are passed by keyword.
+        Options of the command, whose values are passed to the study as keyword arguments.
     shows_progress
         Whether the study shows its own progress bar.
     cls
@@ -308,7 +308,8 @@ add_study(
 def linearise(scenario: str | None, controller: str | None, output: Path, **options: Any) -> None:
     """Write the linear model of a machine or a part.
 
-    The file contains A, B, C, D of the machine, a part of it, or its sampled loop, with names and units.
+    The file contains the matrices A, B, C and D of the machine, of a part of it, or of its sampled loop, with the names
+    and units of all signals.
     """
     from amb_analysis.linear import linearise as linear
     from amb_cosim.results.component_names import CONTROLLER as COMPONENT

@@ -24,8 +24,8 @@ MODES = 8  # of the rotor, the lowest
 def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json: bool) -> None:
     """Print a sampled controller and draw its Bode plots.
 
-    With --rotor, the phase at each mode of the rotor on its bearings is printed: between -180 and 0 degrees the demand
-    damps a mode in which sensor and bearing move in phase."""
+    With --rotor, the command prints the phase at each mode of the rotor on its bearings. If sensor and bearing move in
+    phase in a mode, the demand damps the mode where this phase is between -180 and 0 degrees."""
     from amb_analysis import studies
     from amb_analysis.studies.controller_description import describe_controller
 
@@ -41,7 +41,7 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
 
 
 def _modes(rotor: str | None, speed: str) -> tuple[float, ...]:
-    """Return the damped natural frequencies of a rotor at a speed (rad/s); none if there is no rotor."""
+    """Return the damped natural frequencies (rad/s) of a rotor at a speed; the tuple is empty without a rotor."""
     if rotor is None:
         return ()
     from amb_cosim.cosim.system.values import quantity

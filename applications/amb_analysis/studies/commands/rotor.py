@@ -20,7 +20,7 @@ from amb_cosim.commands.rotor import rotor
 def show(name: str, output: Path | None, as_json: bool) -> None:
     """Show and draw parts, mass and modes of a rotor.
 
-    NAME is a packaged rotor or a rotor file. The plant's model of the rotor is described, too.
+    NAME is a packaged rotor or a rotor file. The command also describes the plant's model of the rotor.
     """
     from amb_analysis import studies
     from rotor_analysis.packaged_rotors import rotor_path

@@ -1,4 +1,4 @@
-"""Figures of the studies: module `figures.NAME` draws the result of the study of that name."""
+"""Figures of the studies; the module `figures.NAME` draws the result of the study NAME."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def figure(result: DrawnResult) -> Figure:
-    """Return a new figure of a study's result, which a notebook displays.
+    """Return a new figure of a study's result; a notebook displays the figure.
 
     Examples
     --------

@@ -21,7 +21,7 @@ from amb_cosim.presentation.units import speed_unit
 
 
 def draw(diagram: CampbellDiagram) -> Figure:
-    """Draw damped frequencies, with the lines 1x and 2x and critical speeds, above the damping ratios."""
+    """Draw the damped frequencies, with the lines 1x and 2x and the critical speeds, above the damping ratios."""
     unit, operating = speed_unit(), diagram.operating_speed
     vibrations = [(mode.whirl, mode.frequencies, mode.damping_ratios) for mode in diagram.modes]
     figure = StyledFigure(figsize=SIZE, layout="constrained")

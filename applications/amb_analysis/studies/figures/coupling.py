@@ -13,7 +13,7 @@ LEAST = 1e-4  # %; smaller deviations are drawn here, labelled "less"
 
 
 def draw(result: CouplingOrders) -> Figure:
-    """Draw the deviation of the orbit from the first run over the step; hollow markers denote another outcome."""
+    """Draw the deviation of the orbit from the first run over the step; hollow markers denote a different outcome."""
     figure = StyledFigure(figsize=(6.4, 4.2), layout="constrained")
     axes, first = figure.subplots(), result.rows[0]
     orders = dict.fromkeys(row.order for row in result.rows)

@@ -1,4 +1,4 @@
-"""Figure of a fitted rotor: its responses with the measured ones, or its parameters with intervals."""
+"""Figure of a fitted rotor: its responses with the measured responses, or its parameters with their intervals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from amb_cosim.presentation.style import BLUE, GREY, StyledFigure, write_title
 
 
 def draw(result: RotorFit) -> Figure:
-    """Draw the fitted responses or, if there are none, each parameter and its interval relative to its fitted value."""
+    """Draw the fitted responses or, if there are none, each parameter's interval relative to the fitted value."""
     if result.after is not None:
         return draw_responses(result.after, "fitted")
     names = list(result.fit.parameters)

@@ -97,10 +97,10 @@ def _draw_shaft(axes: Axes, rotor: Rotor) -> None:
 
 
 def _mark_parts(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
-    """Draw marks without overlap on both sides of the shaft, for all parts except discs, which are bodies.
+    """Draw marks for all parts on both sides of the shaft, without overlap; discs are drawn as bodies instead.
 
-    Sensors are drawn only above the shaft. A face is drawn at its mean radius, and points in the direction in which its
-    seat pushes the rotor.
+    Sensors are drawn only above the shaft. The mark of a face is at the face's mean radius, and points in the direction
+    in which the seat pushes the rotor.
     """
     outward, taken = 0.11 * axes.get_ylim()[1], list[float]()
     for kind in [lane for lane in lanes if lane != "disc"]:
@@ -120,18 +120,18 @@ def _mark_parts(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
 
 
 def _marker(result: RotorLayout, part: LayoutEntry) -> str:
-    """Return the mark of a part; the mark of a face points in the direction in which its seat pushes the rotor."""
+    """Return the mark of a part; the mark of a face points in the direction in which the seat pushes the rotor."""
     face = _face(result, part)
     return "<" if face is not None and face.stops == "+z" else LANES[part.kind][1]
 
 
 def _face(result: RotorLayout, part: LayoutEntry) -> Face | None:
-    """Return the face that a part represents; None if it is not a face."""
+    """Return the face that a part represents; None if the part is not a face."""
     return next((face for face in result.description.faces if part.kind == "face" and face.name == part.name), None)
 
 
 def _radius_at(rotor: Rotor, z: float) -> float:
-    """Return the outer radius of the shaft or a sleeve at a position (m)."""
+    """Return the outer radius (m) of the shaft, or of the sleeve around it, at a position (m)."""
     for (begin, end), layers in zip(pairwise(rotor.shaft.nodes), rotor.elements, strict=True):
         if begin <= z <= end:
             share = (z - begin) / (end - begin)
@@ -179,7 +179,7 @@ def _largest_radius(rotor: Rotor) -> float:
 
 
 def _equivalent_disc(body: BodyOrDisc) -> tuple[float, float]:
-    """Return radius and width (m) of the homogeneous disc with the mass and inertias of a body; 0 if it has no mass."""
+    """Return radius and width (m) of a homogeneous disc with a body's mass and inertias; both are 0 without mass."""
     if body.mass == 0.0:
         return 0.0, 0.0
     radius = math.sqrt(2.0 * body.polar_inertia / body.mass)

@@ -1,4 +1,4 @@
-"""Two plots over the spin speed, frequencies above damping, with a line for each whirl direction of each vibration."""
+"""Frequencies and damping over the spin speed, in two plots with a line for each whirl direction of each vibration."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ LETTERS = 0.042  # share of the axes' height that a line of text takes
 def draw_over_speed(
     figure: FigureBase, speeds: Array, vibrations: Sequence[Vibration], operating: float | None
 ) -> tuple[Axes, Axes]:
-    """Draw vibrations with their numbers, the lines 1x and 2x, and the operating speed (rad/s), if it is known.
+    """Draw vibrations with their numbers, the lines 1x and 2x and, if it is known, the operating speed (rad/s).
 
     Return the axes of frequency and of damping.
     """
@@ -75,9 +75,9 @@ def draw_over_speed(
 
 
 def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool, also: Sequence[float] = ()) -> None:
-    """Set a logarithmic scale for damping, which passes through zero if anything is unstable, and shade its zones.
+    """Set a logarithmic scale for damping and shade its zones; the scale includes zero if anything is unstable.
 
-    The scale also covers the values `also`, which have no curve.
+    The scale also covers the values in `also`, for which no curve is drawn.
     """
     finite = np.concatenate([*map(np.ravel, damping), np.asarray(also, np.float64)])
     finite = finite[np.isfinite(finite)]
@@ -105,7 +105,7 @@ def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool, also
 
 
 def _free_height(axes: Axes, text: str, lower: float, upper: float) -> float:
-    """Return a height between two heights, if possible midway, at which a text at the left crosses no curve.
+    """Return a height between two others, midway if possible, at which a text at the left edge crosses no curve.
 
     Heights and the text's width are in fractions of the axes.
     """
@@ -139,7 +139,7 @@ def _direction(whirl: str) -> str:
 
 
 def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) -> None:
-    """Write coloured labels to the left or right of points, away from curves; if there are many, only every nth.
+    """Write coloured labels beside points, away from curves; if there are many, write only every nth label.
 
     A label is as near to its point as other labels and the curves of the axes allow.
     """
@@ -179,7 +179,7 @@ def _overlap(box: Box, other: Box) -> bool:
 
 
 def _crosses(curve: Array, box: Box) -> bool:
-    """Return whether a curve, its x and y, shape (2, n), passes through a box."""
+    """Return whether a curve, given by its x and y, shape (2, n), passes through a box."""
     x, y = curve
     heights = np.interp(np.linspace(box[0], box[1], 9), x, y, left=np.nan, right=np.nan)
     return bool(np.any((heights > box[2]) & (heights < box[3])))
@@ -204,7 +204,7 @@ def _draw_multiples(axes: Axes) -> None:
 
 
 def _free_place(axes: Axes, last: float, order: int) -> float:
-    """Return the place of the label of a multiple, at `last` if possible, away from other curves and their labels."""
+    """Return an x for the label of a multiple, at `last` if possible, away from other curves and their labels."""
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
     curves = [curve for curve in map(_data, axes.lines) if curve.shape[1] > 2]
@@ -217,7 +217,7 @@ def _free_place(axes: Axes, last: float, order: int) -> float:
 
 
 def _number(axes: Axes, curves: Sequence[Array]) -> None:
-    """Write the numbers of curves at the right end of the axes without overlap; if there are many, only every nth."""
+    """Write the numbers of curves at the right end of the axes without overlap, or only every nth if there are many."""
     low, high = axes.get_ylim()
     scale = axes.transData
     ends = {}
@@ -232,12 +232,12 @@ def _number(axes: Axes, curves: Sequence[Array]) -> None:
 
 
 def _every(labels: int) -> int:
-    """Return n such that every nth of some labels fits into the axes, one above the other."""
+    """Return n such that every nth label fits into the axes if these labels are stacked."""
     return max(math.ceil(LETTERS * labels), 1)
 
 
 def hatch_extrapolated(panels: Sequence[Axes], speeds: Array, limits: Limits) -> list[Patch]:
-    """Hatch the speeds (rad/s) that a table of coefficients does not cover, and return their entry in the legend.
+    """Hatch the speeds (rad/s) that a table of coefficients does not cover, and return their legend entry.
 
     `speeds` must ascend; the spin speed is the x axis of the panels.
     """
@@ -252,7 +252,7 @@ def hatch_extrapolated(panels: Sequence[Axes], speeds: Array, limits: Limits) ->
 
 
 def shade_unstable(panels: Sequence[Axes], ranges: Sequence[tuple[float, float]]) -> list[Patch]:
-    """Shade the speeds (rad/s) at which the loop is not stable, and return their entry in the legend."""
+    """Shade the speeds (rad/s) at which the loop is not stable, and return their legend entry."""
     for panel in panels:
         for ends in ranges:
             panel.axvspan(*speed_unit().of(ends), zorder=1.5, **UNSTABLE_LOOP)  # above a map, below curves

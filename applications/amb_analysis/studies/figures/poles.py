@@ -35,7 +35,7 @@ PLANE = 4.6  # inches, width of the s-plane
 
 
 def draw(result: ClosedLoopPoles) -> Figure:
-    """Draw frequencies with the lines 1x and 2x and critical speeds, logarithmic decrements, and the s-plane."""
+    """Draw the frequencies (with 1x, 2x and the critical speeds), the logarithmic decrements, and the s-plane."""
     vibrations = [(pole.whirl, pole.frequencies, pole.decrements) for pole in result.poles]
     figure = StyledFigure(figsize=(SIZE[0] + PLANE, SIZE[1]), layout="constrained")
     left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(SIZE[0], PLANE))))
@@ -60,7 +60,7 @@ def draw(result: ClosedLoopPoles) -> Figure:
 
 
 def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
-    """Mark critical speeds; hollow ones have an amplification below 2.5, which API 617 does not consider critical."""
+    """Mark critical speeds; a hollow mark has an amplification below 2.5 and is not critical according to API 617."""
     unit, points = speed_unit(), []
     for critical in result.critical_speeds:
         at, colour = critical.speed / unit.size, "0.2"
@@ -71,7 +71,7 @@ def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
 
 
 def _mark_unstable(panels: Sequence[Axes], result: ClosedLoopPoles) -> list[Line2D]:
-    """Draw a bar or a square at the speeds at which the loop is not stable, and return its entry in the legend."""
+    """Draw a bar or a square at the speeds at which the loop is not stable, and return its legend entry."""
     unit = speed_unit()
     style: dict[str, Any] = {"color": UNSTABLE, "lw": 4.0, "marker": "s", "ms": 4.0}
     for axes in panels:
@@ -81,13 +81,13 @@ def _mark_unstable(panels: Sequence[Axes], result: ClosedLoopPoles) -> list[Line
 
 
 def _least_decrement(result: ClosedLoopPoles) -> list[float]:
-    """Return the logarithmic decrement of the least damped vibration, whether or not it is drawn, if there is one."""
+    """Return a list of the least damped vibration's decrement, whether drawn or not; empty if it is not positive."""
     ratio = 0.0 if result.least_damped is None else result.least_damped.damping_ratio
     return [2.0 * math.pi * ratio / math.sqrt(1.0 - ratio**2)] if 0.0 < ratio < 1.0 else []
 
 
 def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: float) -> Line2D:
-    """Mark the least damped vibration in all three plots, at the edge of a plot if the vibration lies outside."""
+    """Mark the least damped vibration in all three plots, at the edge of a plot if the vibration lies outside it."""
     unit, plane = speed_unit(), speed_unit("rad/s")
     style: dict[str, Any] = {"color": "black", "mfc": "none", "ls": "", "ms": 7.0, "clip_on": False, "zorder": 5}
     at, real = least.speed / unit.size, -decrement / (2.0 * math.pi) * least.frequency
@@ -108,11 +108,11 @@ def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: fl
 
 
 def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
-    """Draw each pole over the speeds, with a dot at the operating speed, and the damping ratios that bound the zones.
+    """Draw the path of each pole over the speeds, a dot at the operating speed, and rays that bound the damping zones.
 
     A cross marks the pole that grows most; the cross is on the real axis if this pole is a drift without vibration.
 
-    s = omega_d (j - delta / 2 pi), where delta is the decrement; damping ratios are rays from the origin.
+    s = omega_d (j - delta / 2 pi), where delta is the decrement, so constant damping ratios are rays from the origin.
     """
     unit = speed_unit("rad/s")
     highest, leftmost = 0.0, 0.0

@@ -16,7 +16,7 @@ WIDTH = 4.2  # inches, of a bearing's panels
 
 
 def draw(result: SensorReceptance) -> Figure:
-    """Draw magnitude (sensors in x and y) and phase (in x) over speed, for a force in x at each bearing."""
+    """Draw the magnitude (sensors in x and y) and the phase (in x) over speed, for a force in x at each bearing."""
     bearings = len(result.forces) // 2
     figure = StyledFigure(figsize=(WIDTH * max(bearings, 2), 6.0), layout="constrained")
     panels = figure.subplots(2, bearings, squeeze=False, sharex=True, sharey="row", height_ratios=(3, 2))

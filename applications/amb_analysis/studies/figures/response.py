@@ -1,4 +1,4 @@
-"""Frequency responses, computed and measured."""
+"""Computed and measured frequency responses."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LINEAR_BELOW = 8.0  # highest over lowest frequency, up to which the axis is lin
 
 
 def draw(result: FrequencyResponses, label: str = "computed") -> Figure:
-    """Draw amplitude, phase and coherence of the first responses; measured values are behind the labelled curves."""
+    """Draw amplitude, phase and coherence of the first responses, with measured values behind the labelled curves."""
     drawn = list(result.responses.items())[:MOST]
     columns = min(COLUMNS, len(drawn))
     rows = -(-len(drawn) // columns)
@@ -62,7 +62,7 @@ def _draw_response(panels: Array, name: str, item: ComputedResponse, label: str)
 
 
 def _limits(amplitudes: Array) -> tuple[float | None, float | None]:
-    """Return the limits of an amplitude axis if needed, within `SPAN` of the median and with both ends inside."""
+    """Return limits that keep an amplitude axis within a factor `SPAN` of the median, but include both ends."""
     middle, ends = float(np.median(amplitudes)), (float(amplitudes[0]), float(amplitudes[-1]))
     if middle == 0.0:
         return None, None
@@ -80,5 +80,5 @@ def _set_frequencies(panels: Array, f: Array) -> None:
 
 
 def _phase(values: Complex) -> Array:
-    """Return phases (deg); NaN for zeros, such as responses between forces across a shaft and motion along it."""
+    """Return phases (deg); NaN where a value is zero, as for a force across the shaft and the motion along it."""
     return np.where(values == 0.0, np.nan, np.degrees(np.angle(values)))

@@ -29,7 +29,7 @@ AROUND = (1.3, 2.5)  # least and largest half width of the Nyquist plot, about -
 
 
 def draw(result: StabilityMargin) -> Figure:
-    """Draw |S| of each axis, computed and measured, with the zones of ISO 14839-3, and L with the zones' circles."""
+    """Draw the computed and measured |S| of each axis with the zones of ISO 14839-3, and L with the zones' circles."""
     rows = (len(result.axes) + 1) // 2
     whole = StyledFigure(figsize=(CURVES + PLANE, 1.2 + 2.5 * (rows + 1)), layout="constrained")
     figure, right = np.ravel(np.asarray(whole.subfigures(1, 2, width_ratios=(CURVES, PLANE))))
@@ -99,7 +99,7 @@ def _draw_nyquist(axes: Axes, result: StabilityMargin) -> None:
 
 
 def _draw_direction(axes: Axes, L: Complex, around: float, colour: str) -> None:
-    """Draw an arrow towards higher frequencies where a curve within the plot is farthest from -1."""
+    """Draw an arrow towards higher frequencies, at the point of a curve within the plot that is farthest from -1."""
     distance = np.where(np.abs(L + 1.0) < 0.9 * around, np.abs(L + 1.0), 0.0)
     distance = np.minimum(distance[:-1], distance[1:])
     if distance.any():
@@ -109,7 +109,7 @@ def _draw_direction(axes: Axes, L: Complex, around: float, colour: str) -> None:
 
 
 def _draw_all_loops(panels: Sequence[Axes], result: StabilityMargin) -> None:
-    """Draw the largest singular values of S and T, and the disk margins of all loops at once."""
+    """Draw the largest singular values of S and T, and the disk margins for all loops at once."""
     gang, frequencies = result.gang_of_four, frequency_unit().of_hertz(result.frequencies)
     for label, curve, colour in (("S", gang.S, BLUE), ("T", gang.T, ORANGE)):
         panels[0].loglog(frequencies, curve, color=colour, lw=0.8, label=label)
@@ -132,7 +132,7 @@ def _draw_zones(axes: Axes, zone_limits: dict[str, float]) -> None:
 
 
 def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
-    """Draw the computed curve of an axis and some measured values, evenly spaced on the logarithmic axis."""
+    """Draw the computed curve of an axis, and some measured values that are evenly spaced on the logarithmic axis."""
     unit, axis = frequency_unit(), result.axes[name]
     frequencies, lines = unit.of_hertz(result.frequencies), unit.of_hertz(axis.measured_frequencies)
     values = axis.measured

@@ -72,7 +72,7 @@ def unstable_ranges(result: Traps) -> list[tuple[float, float]]:
 
 
 def _draw_orbits(panel: Axes, result: Traps) -> None:
-    """Draw the ratio of each contact-free orbit to its clearance, dotted above 1 or where the loop is not stable."""
+    """Draw the ratio of each contact-free orbit to the clearance, dotted above 1 and where the loop is not stable."""
     free, speeds = result.curves.states[0], speed_unit().of(result.curves.speeds)
     unstable = unstable_ranges(result)
     for k, (site, colour) in enumerate(zip(result.sites, cycle(COLOURS), strict=False)):
@@ -130,7 +130,7 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
 
 
 def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool]]:
-    """Return a branch in stable and unstable pieces, each joined to the next."""
+    """Return a branch, divided into stable and unstable pieces that join each other."""
     pieces: list[tuple[list[int], bool]] = []
     for number in branch:
         if pieces and pieces[-1][1] == stable[number]:
@@ -143,7 +143,7 @@ def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool
 
 
 def _name_areas(panel: Axes, result: Traps, speeds: Array, amounts: Array) -> set[int]:
-    """Write the word for each kind in the largest circle within its area, if it fits, and return these kinds."""
+    """Write the word for each kind into the largest circle within its area, and return the kinds whose word fits."""
     from scipy.ndimage import distance_transform_edt  # slow to import
 
     named, aspect = set(), result.kinds.shape[0] / result.kinds.shape[1]

@@ -1,4 +1,4 @@
-"""Bode and polar plot of a rotor or a levitated machine under unbalance."""
+"""Bode and polar plots of a rotor or a levitated machine under unbalance."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def draw(result: UnbalanceResponse) -> Figure:
 
 
 def _mark_clearances(axes: Axes, clearances: dict[float, list[str]], unit: ShownUnit) -> None:
-    """Draw the clearances, and name them in one box below the lowest, where no line passes."""
+    """Draw the clearances, and name them in one box below the lowest clearance, where no line passes."""
     for clearance in clearances:
         axes.axhline(clearance / unit.size, color="black", lw=0.9, ls=DASHED)
     ascending = sorted(clearances.items())
@@ -73,7 +73,7 @@ def _mark_clearances(axes: Axes, clearances: dict[float, list[str]], unit: Shown
 
 
 def _shade_backward(panels: Sequence[Axes], result: UnbalanceResponse) -> list[Patch]:
-    """Shade the speeds at which unbalance whirls the rotor backward anywhere, and return the entry in the legend."""
+    """Shade the speeds at which unbalance whirls any part of the rotor backward, and return the legend entry."""
     size = speed_unit().size
     ranges = {ends for place in result.places.values() for ends in place.backward(result.speeds)}
     for axes in panels:
@@ -144,7 +144,7 @@ def _draw_polar(axes: Any, result: UnbalanceResponse, unit: ShownUnit) -> None:
 
 
 def _clearances(result: UnbalanceResponse) -> dict[float, list[str]]:
-    """Return the places of each clearance (m)."""
+    """Return the places by clearance (m)."""
     places_by_clearance: dict[float, list[str]] = {}
     for name, place in result.places.items():
         if place.clearance is not None:

@@ -64,7 +64,7 @@ def draw(result: Waterfall) -> Figure:
 
 
 def _point_at_rotation(axes: Axes, rotation: np.ndarray, place: np.ndarray, colour: str) -> None:
-    """Draw marks that point at the ridges at the frequency of rotation, forward and backward."""
+    """Draw marks that point at the ridges of forward and backward whirl at the frequency of rotation."""
     every = max(len(place) // MARKS, 1)
     low, high = axes.get_xlim()
     for sign, marker in ((1.0, "<"), (-1.0, ">")):
@@ -73,7 +73,7 @@ def _point_at_rotation(axes: Axes, rotation: np.ndarray, place: np.ndarray, colo
 
 
 def _stack(axes: Axes, frequencies: np.ndarray, place: np.ndarray, amplitude: np.ndarray, unit: str) -> None:
-    """Draw the stacked spectra, the last at the back, with a scale bar."""
+    """Draw the stacked spectra, with the last one at the back, and a scale bar."""
     span = float(place[-1] - place[0]) or 1.0
     largest = float(amplitude.max() or 1.0)
     scale = HEIGHT * span / largest

@@ -15,7 +15,7 @@ FLOOR = 1e-10  # smallest error that is drawn; smaller ones are on the axis
 
 
 def draw(result: CouplingConvergence) -> Figure:
-    """Draw the error over the communication step for each comparison and scheme, with slopes of whole orders."""
+    """Draw the error over the communication step for each comparison and scheme, with slopes for integer orders."""
     figure = StyledFigure(figsize=(8.4, 9.4), layout="constrained")
     for axes, comparison in zip(figure.subplots(2, 2, sharey=True).flat, result.comparisons, strict=True):
         _draw_errors(axes, comparison)

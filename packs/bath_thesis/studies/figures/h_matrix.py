@@ -1,4 +1,4 @@
-"""H, the inverse of the receptance, exact and interpolated."""
+"""Exact and interpolated H, the inverse of the receptance."""
 
 from __future__ import annotations
 

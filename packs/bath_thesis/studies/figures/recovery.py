@@ -11,7 +11,7 @@ from bath_thesis.studies.contact_recovery import ControlComparison, RecoveryStat
 
 
 def draw(result: ControlComparison) -> Figure:
-    """Draw the share of runs that recover for each control and unbalance, and their median duration as a number."""
+    """Draw the share of runs that recover for each control and unbalance, and write their median duration."""
     controls = result.controls
     shares = np.array([[cell.recovered_share for cell in cells] for cells in controls.values()])
     figure = StyledFigure(figsize=(7.6, 1.6 + 0.27 * len(controls)), layout="constrained")
@@ -40,7 +40,7 @@ def draw(result: ControlComparison) -> Figure:
 
 
 def _text(cell: RecoveryStatistics) -> str:
-    """Return the median number of cycles to the last contact, and the share of the runs unless it is 100 %."""
+    """Return the median number of cycles to the last contact, and the share of recovered runs unless it is 100 %."""
     if cell.median_cycles is None:
         return ""
     cycles = f"{cell.median_cycles:.1f}" if cell.median_cycles > 0.0 else "-"

@@ -1,4 +1,4 @@
-"""Full, condensed and coarse model of the rig."""
+"""Full, condensed and coarse models of the rig."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ from bath_thesis.studies.reduced_models import ModelReduction
 
 
 def draw(result: ModelReduction) -> Figure:
-    """Draw frequencies (Fig. 3.6), unbalance response (Fig. 3.7) and its error."""
+    """Draw the frequencies (Fig. 3.6), and the unbalance response (Fig. 3.7) with its error."""
     return figure_of(reduction_panels(result))

@@ -1,4 +1,4 @@
-"""Norm of the synchronous response, modelled and measured."""
+"""Modelled and measured norm of the synchronous response."""
 
 from __future__ import annotations
 

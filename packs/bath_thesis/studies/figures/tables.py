@@ -10,5 +10,5 @@ from bath_thesis.studies.frequency_tables import MeshAndCondensation
 
 
 def draw(result: MeshAndCondensation) -> Figure:
-    """Draw frequencies of each mesh against the finest mesh, and of the condensed model against the full one."""
+    """Draw the errors of each mesh relative to the finest mesh, and of the condensed model relative to the full one."""
     return figure_of(frequency_panels(result))

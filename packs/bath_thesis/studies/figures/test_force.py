@@ -10,5 +10,5 @@ from bath_thesis.studies.identification_force import IdentificationForce
 
 
 def draw(result: IdentificationForce) -> Figure:
-    """Draw S, amplitude of the force, revolutions of a slot, duration of an identification and response."""
+    """Draw S, force amplitude, revolutions in a slot, duration of an identification, and the journals' response."""
     return figure_of(force_panels(result))
