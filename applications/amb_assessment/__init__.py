@@ -1,1 +1,1 @@
-"""Assessment of a machine by criteria of standards, its page, and first designs."""
+"""Assessment of a machine against standards, the page with its verdicts, and first designs."""

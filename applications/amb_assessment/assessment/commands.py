@@ -1,4 +1,4 @@
-"""The command for machine files: check one, or judge whether the machine may run."""
+"""The command for machine files, which checks a file or judges whether the machine may run."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _named(criteria: Mapping[str, str]) -> dict[str, str]:
 
 
 def _by_reason(unanswered: Mapping[str, str]) -> list[str]:
-    """Return a line for each reason why parts or criteria are unanswered, with their names."""
+    """Return a line for each reason, with the names of the parts or criteria that it leaves unanswered."""
     return [
         f"{', '.join(name for name, why in unanswered.items() if why == reason)}: unanswered, because {reason}"
         for reason in dict.fromkeys(unanswered.values())
@@ -106,7 +106,7 @@ def _by_reason(unanswered: Mapping[str, str]) -> list[str]:
 
 
 def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -> None:
-    """Check a machine file, its criteria and their formulas, and print its content."""
+    """Check a machine file, its criteria and their formulas, and print the content of the file."""
     from amb_assessment.assessment.engine.assess import check_machine
     from amb_assessment.assessment.format.criteria import check_criteria, load_criteria
     from amb_assessment.assessment.format.machine_file import load_machine

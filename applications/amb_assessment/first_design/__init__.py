@@ -1,1 +1,1 @@
-"""First design of a machine in magnetic bearings from mass, length and speed, as files."""
+"""First design of a machine in magnetic bearings, made from mass, length and speed, and written as files."""

@@ -77,9 +77,10 @@ def new(
 ) -> None:
     """Write a first design of a machine into a new FOLDER.
 
-    The folder contains rotor, magnets, a controller that levitates the rotor, and scenarios.
+    The folder contains the rotor, its magnets, a controller that levitates the rotor, and scenarios.
 
-    The rotor comes from a file, or is a plain shaft with a mass and a length. Missing values are prompted for.
+    The rotor is read from a file, or it is a plain shaft with a given mass and length. The command prompts for missing
+    values.
     """
     from amb_assessment.first_design.files import new_machine
     from amb_assessment.first_design.levitation import TRIP
@@ -163,7 +164,7 @@ def new(
 def _magnet(
     k_i: str | None, k_s: str | None, gap: str | None, bias: str | None, drive: Drive | None
 ) -> MagnetData | None:
-    """Return the constants of a data sheet, if any."""
+    """Return the magnet's constants from a data sheet, or None if they are not stated."""
     from amb_assessment.first_design.sizing import MagnetData
     from amb_cosim.cosim.system.values import quantity
 
@@ -183,7 +184,7 @@ def _magnet(
 
 
 def _assumed(magnet: MagnetData) -> str:
-    """Return the assumptions on a magnet of a data sheet."""
+    """Return the assumptions about a magnet that is described by a data sheet."""
     constants = "K_i and K_s hold without load"
     if magnet.keeps_k_s:
         constants = (
@@ -197,7 +198,7 @@ def _assumed(magnet: MagnetData) -> str:
 
 
 def _echo_design(name: str, design: Design) -> None:
-    """Print that the machine levitates and how well, the targets that it misses, and its gains."""
+    """Print how well the machine levitates, which targets it misses, and its gains."""
     loop, pid = design.loop, design.pid
     click.echo(
         f"{name} levitates: sensitivity at most {loop.peak.value:.3g}, zone {loop.zone} of ISO 14839-3 "
@@ -211,10 +212,10 @@ def _echo_design(name: str, design: Design) -> None:
 
 
 def _lag(design: Design) -> str:
-    """Return the assumed lag of amplifier, filter and computer at the vibration that is nearest to its target.
+    """Return the assumed lag of amplifier, filter and computer at the vibration with the least margin to its target.
 
-    A first-order amplifier lags by atan(f/f_b). A demand that is held for a sample after a delay of one sample lags by
-    1.5 T.
+    A first-order amplifier lags by atan(f/f_b). A demand that is delayed by one sample and then held for one sample
+    lags by 1.5 T.
     """
     from amb_assessment.first_design.sizing import BANDWIDTH
 
@@ -229,7 +230,7 @@ def _lag(design: Design) -> str:
 
 
 def _comparison(magnet: MagnetData | None, typical: MagnetData) -> str:
-    """Return the constants of a magnet sized for the rotor, with a question if those of a data sheet differ much."""
+    """Return the constants of a magnet sized for the rotor, with a question if the data sheet's differ a lot."""
     if magnet is None:
         return ""
     text = f"; a magnet sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"
@@ -242,14 +243,14 @@ def _comparison(magnet: MagnetData | None, typical: MagnetData) -> str:
 
 
 def _asked(option: str, kind: click.ParamType[Any]) -> str:
-    """Prompt for a value that is missing; without a terminal raise ValueError."""
+    """Prompt for a missing value, or raise a ValueError if there is no terminal."""
     if not sys.stdin.isatty():
         raise ValueError(f"--{option} is missing")
     return str(click.prompt(option.capitalize(), type=kind))
 
 
 def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | None, Omega: float) -> str:
-    """Return the text of the named rotor file, or of a plain shaft."""
+    """Return the text of the named rotor file, or of a rotor file for a plain shaft."""
     from amb_assessment.first_design.rotor_text import plain_shaft
     from amb_cosim.cosim.system.values import quantity
     from amb_files.toml import read_text

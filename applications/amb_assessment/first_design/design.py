@@ -36,7 +36,7 @@ class Design:
     levitation
         Behaviour of the sampled loop; None before it is computed.
     shortfalls
-        Sentences on missed targets and their causes.
+        Sentences about missed targets and their causes.
     """
 
     sample_time: float
@@ -60,23 +60,23 @@ def first_design(
     options: RunOptions,
     progress: Progress = lambda sample_time, tried: None,
 ) -> Design:
-    """Return the design with the first sample time that puts the loop into zone A, or the one that falls short least.
+    """Return the design with the first sample time that reaches zone A, or else the design that falls short least.
 
     Parameters
     ----------
     sizes
         Sizes of the magnets.
     scenario
-        Returns the scenario of the machine with a controller.
+        Function that returns the scenario of the machine with a designed controller.
     options
         Options of the linearisation; only the flavour of the FMUs is used.
     progress
-        Called with a sample time and the number of gains tried with it.
+        Function that is called with a sample time and the number of sets of gains tried with it.
 
     Raises
     ------
     ValueError
-        If no design levitates the rotor; the message names the growing motion, and suggests a change.
+        If no design levitates the rotor. The message names the growing motion and suggests a change.
     """
     k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
     candidates = []

@@ -1,4 +1,4 @@
-"""The files of a new machine: a folder of templates with the sizes filled in, created atomically."""
+"""The files of a new machine, which are templates with the sizes filled in; their folder is created atomically."""
 
 from __future__ import annotations
 
@@ -33,12 +33,13 @@ FALL = "landing.toml"  # the base scenario of those with a drop
 
 @dataclass(frozen=True)
 class NewMachine:
-    """Written files: the folder, the sizes, the operating points by bearing, and the controller's design.
+    """A written machine: its folder, its sizes, the operating points by bearing, and the design of the controller.
 
     typical
-        K_i and K_s of a magnet of the first design.
+        K_i and K_s of a magnet that is sized without a data sheet.
     assumed
-        Parts added to the rotor file: `bearings`, with retainers and sensors, `damping`, and `thrust_disc`, with faces.
+        Parts added to the rotor file: `bearings` (with retainers and sensors), `damping`, and `thrust_disc` (with
+        faces).
     """
 
     folder: Path
@@ -62,38 +63,39 @@ def new_machine(
     tilt: float = 0.0,
     thrust_disc: bool = False,
 ) -> NewMachine:
-    """Write rotor, scenarios, machine file and a page about them into a new folder, with gains that levitate the rotor.
+    """Write the rotor, scenarios, a machine file and a page about them into a new folder.
 
-    A rotor without retainers has no drop scenarios.
+    The controller in the scenarios levitates the rotor. If the rotor has no retainers, no drop scenarios are written.
 
     Parameters
     ----------
     folder
-        The folder, which has the name of the machine.
+        The folder to create; its name becomes the name of the machine.
     rotor
-        Text of a rotor file, from `plain_shaft` or a drawing. Without `[damping]`, a default is assumed; without
-        `[reduction]`, the plant is accurate up to the trip speed.
+        Text of a rotor file, from `plain_shaft` or a drawing. If it lacks `[damping]`, a default is assumed. If it
+        lacks `[reduction]`, one is added with which the plant is accurate up to the trip speed.
     speed
         Highest operating speed (rad/s).
     bearings
-        Positions of two magnetic bearings (m), if the rotor file has none; by default `supports` places them.
+        Positions of two magnetic bearings (m), if the rotor file has no bearings; by default, `supports` places them.
     magnet
-        K_i and K_s of the axes from a data sheet; by default they are designed.
+        K_i and K_s of the axes from a data sheet; by default, the magnets are designed.
     flavour
-        Flavour of the FMUs to linearise.
+        Flavour of the FMUs that are linearised.
     progress
-        Called with a sample time and the number of gains tried with it.
+        Function that is called with a sample time and the number of sets of gains tried with it.
     gap, tilt
-        Air gap of the magnets (m), by default as in `machine_sizes`, and angle of the shaft above the horizontal (rad),
-        by default 0.
+        Air gap of the magnets (m; by default as in `machine_sizes`), and angle of the shaft above the horizontal (rad;
+        by default 0).
     thrust_disc
-        Whether a rotor file without a thrust disc gets one, with faces at its lower retainer.
+        Whether to add a thrust disc, and faces at the lower retainer, to a rotor file without a thrust disc.
 
     Raises
     ------
     ValueError
-        If the folder exists, its name is not allowed in a TOML file, the rotor file is not valid or lacks parts that
-        `machine_sizes` needs, bearings are given twice, or no gains levitate the rotor.
+        If the folder exists or its name is not allowed in a TOML file, or if the rotor file is invalid or lacks parts
+        that `machine_sizes` needs. The error is also raised if bearings are given twice, or if no gains levitate the
+        rotor.
     """
     require_name(folder.name)
     require(abs(tilt) <= 0.5 * math.pi, "tilt", f"{math.degrees(tilt):g} deg", ">= -90 deg and <= 90 deg")
@@ -155,9 +157,9 @@ def _rotor_of(text: str, name: str) -> Rotor:
 
 
 def _filled(values: dict[str, str], falls: bool) -> dict[str, str]:
-    """Return the templates with values, by file name.
+    """Return the templates with values filled in, by file name.
 
-    Without retainers, the templates of a fall and lines that name retainers are omitted.
+    If `falls` is false, the templates for falls onto retainers and all lines that name these templates are omitted.
     """
     texts = {file.name: file.read_text(encoding="utf-8") for file in sorted(TEMPLATES.iterdir())}
     omitted = set() if falls else {name for name, text in texts.items() if name == FALL or f'base = "{FALL}"' in text}
@@ -169,7 +171,7 @@ def _filled(values: dict[str, str], falls: bool) -> dict[str, str]:
 
 
 def _coil_lines(sizes: MachineSizes) -> str:
-    """Return the lines of magnets that are driven differentially, I_0 + i_s above and I_0 - i_s below."""
+    """Return the scenario lines of magnets whose upper coils carry I_0 + i_s and whose lower coils carry I_0 - i_s."""
     lines = []
     for bearing, coils in sizes.coils.items():
         values = {
@@ -190,7 +192,7 @@ def _first_bending(rotor: Rotor) -> float:
 
 
 def _behaviour(design: Design) -> str:
-    """Return behaviour and shortfalls of the sampled loop of a design as Markdown; empty before they are computed."""
+    """Return the behaviour and shortfalls of a design's sampled loop as Markdown; empty before they are computed."""
     loop = design.levitation
     if loop is None:
         return ""
@@ -204,7 +206,7 @@ def _behaviour(design: Design) -> str:
 
 
 def _gravity(tilt: float) -> dict[str, str]:
-    """Return gravity (m/s^2) and the line of the tilt (rad) in the scenarios."""
+    """Return the template values for gravity (m/s^2) and for the line in the scenarios that sets the tilt (rad)."""
     degrees = round(math.degrees(tilt), 9)
     line = f'\ntilt = "{degrees:.9g} deg"  # of the shaft above the horizontal' if degrees else ""
     return {"gravity": f"{STANDARD_GRAVITY:.6g}", "of_tilt": line}
@@ -213,7 +215,7 @@ def _gravity(tilt: float) -> dict[str, str]:
 def _values(
     name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], design: Design, tilt: float
 ) -> dict[str, str]:
-    """Return the values of the templates."""
+    """Return the values that are filled into the templates."""
     r = 0.5 * sizes.diameter
     race_inertia, race_drag = 0.01 * sizes.mass * r**2, 0.0015 * 0.5 * sizes.mass * STANDARD_GRAVITY * r
     races = [

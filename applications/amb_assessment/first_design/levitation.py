@@ -1,19 +1,21 @@
-"""The PID of a first design: stiffness and damping of each bearing, and the derivative's filter, by the sampled loop.
+"""Search on the sampled loop for a first PID: the stiffness and damping of each bearing, and the derivative's filter.
 
 The search minimises the sum of all shortfalls from targets (index w):
 
     4 sum max(0, |S|/S_w - 1) + sum max(0, 1 - zeta/zeta_w) + sum max(0, k_w/k - 1),   k = K_b/K_s      (1)
 
-over the largest |S| up to 2 kHz and above, the smallest damping ratio of vibrations within the range of speed, up to
-twice the trip speed, and above, and the stiffness of each bearing. At low frequency, |S| is K_s/K_b, and the rotor
-drifts away if the negative stiffness of the magnets exceeds the K_b + K_s of the controller.
+The first sum includes the largest |S| up to 2 kHz and above 2 kHz. The second includes the smallest damping ratio of
+the vibrations in three bands: within the range of speed, up to twice the trip speed, and above. The third includes the
+stiffness of each bearing. At low frequency, |S| is K_s/K_b, and the rotor drifts away if the negative stiffness of the
+magnets exceeds the K_b + K_s of the controller.
 
-The loop has all modes that the samples resolve. The rotor of the runs has only the modes of its file's [reduction], and
-residual shapes that control can drive, although they are not modes. The vibrations of this rotor therefore count in
-(1), too; otherwise a design could be good and its scenarios unstable.
+The loop includes all modes that the sample rate resolves. In runs, however, the rotor has only the modes of its file's
+[reduction], and residual shapes, which control can drive although they are not modes. Therefore, (1) also includes the
+vibrations of this rotor; otherwise, a good design could have unstable scenarios.
 
-A grid with the same ratios in all bearings comes first, then a simplex search from its best point (J. A. Nelder, R.
-Mead, Computer Journal 7 (1965) 308-313). The search uses no random numbers, so a drawing always yields the same design.
+The search first evaluates a grid with the same ratios in all bearings, and then starts simplex searches from its best
+points (J. A. Nelder, R. Mead, Computer Journal 7 (1965) 308-313). The search uses no random numbers, so a drawing
+always yields the same design.
 """
 
 from __future__ import annotations
@@ -74,7 +76,7 @@ class OperatingPoint:
 
 @dataclass(frozen=True)
 class Pid:
-    """Stiffness (N/m) and damping (N s/m) of the closed bearings by name, and time constant of the derivative (s)."""
+    """Stiffness (N/m) and damping (N s/m) of each bearing in closed loop, and time constant of the derivative (s)."""
 
     k_b: dict[str, float]
     c_b: dict[str, float]
@@ -90,21 +92,22 @@ class Pid:
 
 @dataclass(frozen=True)
 class Levitation:
-    """The sampled loop from standstill to the trip speed.
+    """Behaviour of the sampled loop from standstill to the trip speed.
 
     in_range, within_twice, beyond
-        Smallest damping ratios of vibrations up to 1.2 times the highest speed, which unbalance excites, up to twice
-        the trip speed, and above.
+        Smallest damping ratios of vibrations in three frequency bands: up to 1.2 times the highest speed, where
+        unbalance excites them; up to twice the trip speed; and above.
     frequency, speed
-        Frequency and spin speed of the vibration, or of the growing motion, that is furthest below its target.
+        Frequency and spin speed of the vibration that is furthest below its target, or of the growing motion.
     peak, peak_beyond
-        Largest sensitivity up to 2 kHz and above; infinite for a loop that is not stable.
+        Largest sensitivity up to 2 kHz, and above 2 kHz; infinite if the loop is not stable.
     wanted
         Wanted damping ratios in the three bands.
     motion
         The growing motion in words; empty if the loop is stable.
     motion_in_runs
-        The motion that grows in runs, whose rotor has the modes of its file's [reduction], in words; empty if none.
+        The motion that grows in runs, in words; empty if none grows. In runs, the rotor has only the modes of its
+        file's [reduction].
     """
 
     in_range: float
@@ -125,12 +128,12 @@ class Levitation:
 
     @property
     def holds(self) -> bool:
-        """Whether no motion grows, including motions in runs."""
+        """Whether no motion grows, neither in the loop with all modes nor in runs."""
         return not (self.motion or self.motion_in_runs)
 
     @property
     def zone(self) -> str:
-        """Zone of ISO 14839-3 of the largest sensitivity."""
+        """Zone of ISO 14839-3 to which the largest sensitivity belongs."""
         return zone(self.peak.value)
 
     @property
@@ -141,13 +144,13 @@ class Levitation:
 
     @property
     def damping(self) -> str:
-        """Smallest damping ratio of each band with a vibration, in words."""
+        """Smallest damping ratio of each band that contains a vibration, in words."""
         bands = zip(BANDS, self.ratios, strict=True)
         return ", ".join(f"{zeta:.3g} {band}" for band, zeta in bands if zeta < 1.0)
 
     @property
     def lack(self) -> float:
-        """The sum (1) without the terms of stiffness, with the loop of all modes; 0 if it meets all targets."""
+        """The sum (1) for the loop with all modes, without the stiffness terms; 0 if all targets are met."""
         return _lack(self.peak.value, self.peak_beyond.value, self.ratios, self.wanted) if self.holds else UNSTABLE
 
     @property
@@ -157,7 +160,7 @@ class Levitation:
 
 
 def operating_points(sizes: MachineSizes) -> dict[str, OperatingPoint]:
-    """Return the operating points of the axes of each bearing."""
+    """Return the operating point of each bearing's axes."""
     return {bearing: _point(sizes, bearing, load) for bearing, load in sizes.loads.items()}
 
 
@@ -173,14 +176,14 @@ def _point(sizes: MachineSizes, bearing: str, load: float) -> OperatingPoint:
 
 
 def pid_of(k_s: dict[str, float], ratios: Sequence[float], sample_time: float) -> Pid:
-    """Return the PID with K_b = k K_s, C_b = t (K_b + K_s).
+    """Return the PID with K_b = k K_s and C_b = t (K_b + K_s).
 
     Parameters
     ----------
     k_s
         K_s of the bearings (N/m).
     ratios
-        k (1) and t (ms) of each bearing, and the derivative's filter over the sample time.
+        k (1) and t (ms) of each bearing, followed by the derivative's time constant divided by the sample time.
     sample_time
         Sample time of the controller (s).
     """
@@ -191,13 +194,13 @@ def pid_of(k_s: dict[str, float], ratios: Sequence[float], sample_time: float) -
 
 
 def wanted_ratios(rotor: Rotor) -> tuple[float, float, float]:
-    """Return the wanted damping ratios in the three bands; in the last, at most half the damping of the rotor."""
+    """Return the wanted damping ratios in the three bands; the last is at most half the damping ratio of the rotor."""
     rotor_ratio = float(rotor.damping.ratios(MODES).min())
     return WITHIN_RANGE, WITHIN_TWICE, min(BEYOND, LEFT * rotor_ratio) if rotor_ratio > 0.0 else BEYOND
 
 
 def levitation_of(loop: Loop, speed: float, pid: Pid, wanted: tuple[float, float, float]) -> Levitation:
-    """Return the behaviour of the sampled loop of a PID up to the trip speed.
+    """Return the behaviour of the sampled loop with a PID, up to the trip speed.
 
     Parameters
     ----------
@@ -228,13 +231,13 @@ def levitation_of(loop: Loop, speed: float, pid: Pid, wanted: tuple[float, float
 
 
 def growth_in_runs(loop: Loop, speed: float) -> str:
-    """Return the fastest growing motion of the loop in runs up to the trip speed, in words, or "" if none grows."""
+    """Return the fastest-growing motion of the loop in runs up to the trip speed, in words, or "" if none grows."""
     worst = max((loop.poles(share * speed).stability for share in JUDGED), key=lambda stability: stability.radius)
     return "" if worst.is_stable else f"{worst.motion} at {worst.speed * RPM:.0f} rpm"
 
 
 class _End(NamedTuple):
-    """The end of a search: ratios (`pid_of`), and the sum (1)."""
+    """The result of a search: ratios (`pid_of`), and the sum (1)."""
 
     ratios: Array
     lack: float
@@ -252,7 +255,7 @@ class Designer:
     options
         Options of its linearisation; only the flavour of the FMUs is used.
     progress
-        Called with the number of gains tried.
+        Function that is called with the number of sets of gains tried.
     """
 
     def __init__(
@@ -286,7 +289,7 @@ class Designer:
         return self.pid(self._refined(best.ratios).ratios)
 
     def _refined(self, ratios: Sequence[float] | Array) -> _End:
-        """Return the end of a simplex search from ratios; it stops when all targets are met."""
+        """Return the result of a simplex search that starts from `ratios` and stops when all targets are met."""
         bounds = [*BOUNDS[:2]] * len(self._k_s) + [BOUNDS[2]]
 
         def stop(intermediate_result: OptimizeResult) -> None:
@@ -304,13 +307,16 @@ class Designer:
         return _End(np.exp(result.x), float(result.fun))
 
     def pid(self, ratios: Sequence[float] | Array) -> Pid:
-        """Return the PID of ratios (`pid_of`); a single stiffness and a single lead apply to all bearings."""
+        """Return the PID for `ratios` (`pid_of`); a single pair of stiffness and lead applies to all bearings."""
         *of_bearings, tau = np.asarray(ratios, dtype=float)
         repeated = of_bearings * (len(self._k_s) if len(of_bearings) == 2 else 1)
         return pid_of(self._k_s, [*repeated, tau], self._searches[0].sample_time)
 
     def lack(self, ratios: Sequence[float] | Array) -> float:
-        """Return the sum (1) for ratios (`pid_of`); for an unstable loop `UNSTABLE` or more, rising with its growth."""
+        """Return the sum (1) for `ratios` (`pid_of`).
+
+        For an unstable loop, the value is `UNSTABLE` or more, and it rises with the growth.
+        """
         self._tried += 1
         self._progress(self._tried)
         pid, (search, of_runs) = self.pid(ratios), self._searches
@@ -327,18 +333,18 @@ class Designer:
 
 
 def _lack(peak: float, peak_beyond: float, ratios: Sequence[float], wanted: Sequence[float]) -> float:
-    """Return the terms of (1) of sensitivities and damping ratios."""
+    """Return the part of the sum (1) that is due to sensitivities and damping ratios."""
     excess = max(0.0, peak / PEAK - 1.0) + max(0.0, peak_beyond / PEAK_BEYOND - 1.0)
     return OF_PEAKS * excess + sum(max(0.0, 1.0 - zeta / least) for zeta, least in zip(ratios, wanted, strict=True))
 
 
 def _bands(omegas: Array, speed: float) -> list[NDArray[np.bool_]]:
-    """Return which frequencies (rad/s) are in the range of speed, up to twice the trip speed, and above."""
+    """Return masks of the frequencies (rad/s) within the range of speed, up to twice the trip speed, and above."""
     low, judged = omegas <= RANGE * speed, omegas <= 2.0 * TRIP * speed
     return [low, judged & ~low, ~judged & ~low]
 
 
 def _least(omegas: Array, zetas: Array, speed: float) -> tuple[float, float, float]:
-    """Return the smallest damping ratio in each band; 1 for a band without vibration."""
+    """Return the smallest damping ratio in each band, or 1 for a band without vibrations."""
     first, second, third = (float(zetas[within].min(initial=1.0)) for within in _bands(omegas, speed))
     return first, second, third

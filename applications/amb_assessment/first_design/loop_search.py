@@ -1,11 +1,11 @@
-"""Poles and sensitivities of the sampled loop under many controllers, from a model of the plant at each speed.
+"""Poles and sensitivities of the sampled loop with many controllers, computed from one plant model at each speed.
 
     x(n+1) = A x(n) + B i(n),   y(n) = C x(n),   G(z) = C (z - A)^-1 B                              (1)
     i = K(z) y + e   =>   i = S e,   S = (1 - K G)^-1,   poles: eigenvalues of the loop of (1) and K  (2)
 
-i are the demanded currents, held over a sample, y the displacements at the sensors. The diagonal of S holds the
-sensitivities of the axes, with the loops of all others closed (ISO 14839-3). K is the law of the controller's
-linear model, with its delay and its filter.
+i contains the demanded currents, which are held for a sample, and y contains the displacements at the sensors. The
+diagonal of S contains the sensitivity of each axis with the loops of all other axes closed (ISO 14839-3). K is the law
+of the controller's linear model, including the delay and the filter of the controller.
 """
 
 from __future__ import annotations
@@ -46,20 +46,20 @@ class Peak:
 
 
 class SampledPlant(NamedTuple):
-    """Rotor, magnets and amplifiers at a spin speed (rad/s), sampled with held demands, by (1), and its modes."""
+    """Rotor, magnets and amplifiers at a spin speed (rad/s), sampled with held demands as in (1), and their modes."""
 
     Omega: float
     system: StateSpace
     modes: Modes
 
     def closed(self, law: Law) -> Array:
-        """Return the state matrix of the loop of (1) and a law."""
+        """Return the state matrix of the loop that the plant (1) forms with a control law."""
         A, B, C = self.system.A, self.system.B, self.system.C
         return np.block([[A + B @ law.D @ C, B @ law.C], [law.B @ C, law.A]])
 
 
 class LoopSearch:
-    """The sampled loop of a machine at some speeds, for laws of its PID.
+    """The sampled loop of a machine at several speeds, for any law of its PID.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class LoopSearch:
         self._responses = [plant.modes.response(self._z(self._hertz)) for plant in self.plants]
 
     def law(self, gains: Mapping[str, float]) -> Law:
-        """Return the law of the PID with other gains, by parameter."""
+        """Return the law of the PID with other gains, which are given by parameter name."""
         part = pid_component(CONTROLLER, self._layout, {**self.parameters, **gains})
         return part.selected(*self._ends).law
 
@@ -88,7 +88,7 @@ class LoopSearch:
         return [np.linalg.eigvals(plant.closed(law)).astype(np.complex128) for plant in self.plants]
 
     def coarse_peaks(self, law: Law, poles: Sequence[Complex]) -> tuple[float, float]:
-        """Return the largest |S| of all axes and speeds up to 2 kHz and above, at few frequencies and at the poles."""
+        """Return the largest |S| of all axes and speeds, up to 2 kHz and above, on a coarse grid and near the poles."""
         low = high = 0.0
         K = frequency_response(law, self._z(self._hertz))
         for plant, G, z in zip(self.plants, self._responses, poles, strict=True):
@@ -101,13 +101,13 @@ class LoopSearch:
         return low, high
 
     def _about(self, z: Complex) -> Array:
-        """Return frequencies (Hz) at and about the poles of vibrations below half the sample rate."""
+        """Return frequencies (Hz) near the poles of lightly damped vibrations, up to half the sample rate."""
         s = np.log(z[(z.imag > 0.0) & (np.abs(z) > LIGHTLY)]) / (2.0 * math.pi * self.sample_time)
         hertz = (s.imag[:, None] + s.real[:, None] * np.array(ABOUT)).ravel()
         return hertz[(hertz >= LOWEST) & (hertz <= 0.5 / self.sample_time)]
 
     def peaks(self, law: Law) -> tuple[Peak, Peak]:
-        """Return the largest |S| up to 2 kHz and above, at frequencies close together about each pole."""
+        """Return the largest |S| up to 2 kHz and above, on a frequency grid that is dense near each pole."""
         by_speed = [(Peak(0.0), Peak(0.0))]
         for plant, z in zip(self.plants, self.poles(law), strict=True):
             hertz = curve_frequencies(z, self.sample_time, LOWEST, 0.5 / self.sample_time)
@@ -136,11 +136,11 @@ def largest_peaks(loop: Loop, gains: Mapping[str, float], speeds: Array) -> tupl
     Parameters
     ----------
     loop
-        Loop of the machine, stable with these gains.
+        Loop of the machine, which must be stable with these gains.
     gains
-        Gains of the PID, by parameter.
+        Gains of the PID, by parameter name.
     speeds
-        Speeds (rad/s), ascending, between which each maximum is refined, shape (n,).
+        Ascending speeds (rad/s), between which each maximum is refined, shape (n,).
     """
     by_speed: list[tuple[Peak, Peak]] = []
 
@@ -156,7 +156,7 @@ def largest_peaks(loop: Loop, gains: Mapping[str, float], speeds: Array) -> tupl
 
 
 def damping_ratios(z: Complex, sample_time: float) -> tuple[Array, Array]:
-    """Return frequencies (rad/s) and damping ratios -Re s/|s| of the vibrations of poles z = exp(s T)."""
+    """Return the frequencies (rad/s) and damping ratios -Re s/|s| of the vibrations among the poles z = exp(s T)."""
     s = np.log(z[np.abs(z) > 1e-9]) / sample_time
     s = s[s.imag > VIBRATES]
     return s.imag, np.asarray(-s.real / np.abs(s))
@@ -174,6 +174,6 @@ def _sampled(loop: Loop, Omega: float) -> SampledPlant:
 
 
 def _sensitivity(K: Complex, G: Complex) -> Array:
-    """Return |S| of the axes, shape (n, axes), by (2)."""
+    """Return |S| of the axes according to (2), shape (n, axes)."""
     S = np.linalg.inv(np.eye(K.shape[1]) - K @ G)
     return np.abs(np.einsum("nkk->nk", S))

@@ -1,6 +1,7 @@
 """Text of a first rotor file: a plain shaft with a wheel, and supports, damping and reduction for a rotor without them.
 
-The rotor file of a drawing replaces the shaft and, if it has bearings, retainers and sensors, also the supports.
+A rotor file made from a drawing replaces the shaft. If the file has bearings, retainers and sensors, it also replaces
+the supports.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ TEMPLATES = Path(__file__).parent / "part_templates"
 
 
 def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
-    """Return a rotor file of a steel cylinder and a wheel, without supports.
+    """Return the text of a rotor file for a steel cylinder with a wheel, without supports.
 
     d = sqrt(4 m_shaft/(pi rho L)), m_shaft = 0.7 m; the wheel's rim moves at up to 400 m/s (1)
 
@@ -76,7 +77,7 @@ def supports(
 ) -> str:
     """Return the text of bearings, retainers and sensors for a rotor file without them.
 
-    s_0 = d/250, 0.3 to 1 mm,  clearance = s_0/2,  d of the shaft in the bearings    (2)
+    s_0 = d/250, within 0.3 to 1 mm,  clearance = s_0/2,  d: shaft diameter in the bearings    (2)
 
     Parameters
     ----------
@@ -85,15 +86,15 @@ def supports(
     places
         Positions of the two bearings along the shaft (m); by default 0.18 and 0.82 of the length.
     k_b, c_b
-        Stiffness (N/m) and damping (N s/m) of the bearings `left` and `right` in analyses without a controller; by
-        default without damping, and with a deflection of half the clearance under the weight.
+        Stiffness (N/m) and damping (N s/m) of the bearings `left` and `right` in analyses without a controller. By
+        default, there is no damping, and the rotor sinks by half the clearance under its weight.
     gap
-        Air gap s_0 (m), by default that of (2).
+        Air gap s_0 (m); by default, it is computed by (2).
 
     Raises
     ------
     ValueError
-        If the bearings are not on the shaft in sequence.
+        If the bearings are not in ascending order, or are too close to each other or to the ends of the shaft.
     """
     begin, end = rotor.shaft.nodes[0], rotor.shaft.nodes[-1]
     length = end - begin
@@ -118,7 +119,7 @@ def supports(
 
 
 def gap_for(diameter: float) -> float:
-    """Return the air gap (m) of a magnet around a shaft of a diameter (m): d/250, 0.3 to 1 mm     (2)."""
+    """Return the air gap (m) of a magnet around a shaft of diameter d (m): d/250, but from 0.3 to 1 mm, as in (2)."""
     return min(max(round(diameter / 250.0, 4), 0.3e-3), 1e-3)
 
 
@@ -128,12 +129,12 @@ def damping() -> str:
 
 
 def reduction(speed: float) -> str:
-    """Return the text of the reduction for a rotor file without any, with the highest spin speed (rad/s)."""
+    """Return the text of the reduction up to a spin speed (rad/s), for a rotor file without a reduction."""
     return filled("reduction.toml", speed=speed, rpm=speed * RPM)
 
 
 def diameter_at(rotor: Rotor, z: float) -> float:
-    """Return the diameter of the shaft (m) at a position (m), the larger one at a step."""
+    """Return the diameter of the shaft (m) at a position (m); at a step, this is the larger diameter."""
     nodes, elements = rotor.shaft.nodes, rotor.elements
     near = [k for k in range(len(elements)) if nodes[k] - 1e-9 <= z <= nodes[k + 1] + 1e-9]
     return max(elements[k][0].diameters_at(min(max((z - nodes[k]) / elements[k][0].length, 0.0), 1.0))[0] for k in near)
@@ -146,15 +147,15 @@ def require_name(name: str) -> None:
 
 
 def require_speed(speed: float, written: str | None = None) -> None:
-    """Raise a ValueError unless the models can turn at a speed (rad/s), and at the trip speed above it.
+    """Raise a ValueError unless the models can turn at a speed (rad/s) and at the trip speed, which is above it.
 
-    The message names the speed as the user wrote it, if that is given.
+    The message contains the speed as the user wrote it, if `written` is given.
     """
     shown = f"{speed:g} rad/s" if written is None else stated(f"{speed:g} rad/s", written)
     require(0.0 < speed <= FASTEST, "speed", shown, f"> 0 rad/s and <= {FASTEST:g} rad/s ({FASTEST * RPM:.0f} rpm)")
 
 
 def filled(template: str, **values: float | str) -> str:
-    """Return a template of a part of a file with values, numbers with five digits."""
+    """Return the text of a template with the values filled in; numbers have five significant digits."""
     text = Template((TEMPLATES / template).read_text(encoding="utf-8"))
     return text.substitute({key: v if isinstance(v, str) else f"{v:.5g}" for key, v in values.items()})

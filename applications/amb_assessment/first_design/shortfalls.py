@@ -28,7 +28,7 @@ INDUSTRIAL = 600.0  # V, about the highest voltage of amplifiers that are sold f
 
 
 def shortfalls(machine: Machine, levitation: Levitation, speed: float) -> tuple[str, ...]:
-    """Return sentences on the targets that a stable loop misses, and their causes; none if it meets all.
+    """Return sentences about the targets that a stable loop misses and their causes; none if it meets all targets.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def _loop_shortfalls(loop: Levitation) -> Iterator[str]:
 
 
 def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
-    """Yield the bearings whose stiffness is below the wanted share of their K_s, and how to lower K_s.
+    """Yield a sentence on bearings whose stiffness is below the wanted share of their K_s, and on how to lower K_s.
 
         |S| = K_s/K_b at low frequency,   K_s ~ I_0^2/s_0^3                                            (1)
 
@@ -87,7 +87,7 @@ def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
 
 
 def high_voltage(sizes: MachineSizes) -> Iterator[str]:
-    """Yield the voltage of the coils if industrial amplifiers cannot supply it, and coils for which they suffice.
+    """Yield a sentence on coils whose voltage industrial amplifiers cannot supply, and on coils for which they suffice.
 
     U = 2 R I_max + L I_b 2 Omega,   I_b ~ I_max ~ 1/N,   R ~ L ~ N^2,   hence U ~ N at the same force     (1)
     """
@@ -105,7 +105,7 @@ def high_voltage(sizes: MachineSizes) -> Iterator[str]:
 
 
 def _damping_shortfall(rotor: Rotor, loop: Levitation) -> Iterator[str]:
-    """Yield the rotor's damping if it limits the gains, because high modes with little damping tolerate little gain."""
+    """Yield a sentence on the rotor's damping if it is so small that high modes limit the gains."""
     least = loop.wanted[2] / LEFT
     if loop.zone not in ACCEPTED and least < 2.0 * BEYOND:
         yield (
@@ -115,7 +115,7 @@ def _damping_shortfall(rotor: Rotor, loop: Levitation) -> Iterator[str]:
 
 
 def hindering_positions(machine: Machine, loop: Levitation, speed: float) -> Iterator[str]:
-    """Yield the bending modes up to twice the trip speed that a bearing drives, or that no bearing reaches well."""
+    """Yield sentences on bending modes, up to twice the trip speed, that a bearing drives or that none reaches well."""
     is_short = any(zeta < wanted for zeta, wanted in zip(loop.ratios[:2], loop.wanted[:2], strict=True))
     for mode in mode_reaches(machine.rotor, machine.magnets, MODES):
         if mode.frequency <= 2.0 * TRIP * speed and mode.deciding.value < (WELL if is_short else REACHED):
@@ -137,13 +137,13 @@ def _mode_shortfall(mode: ModeReach) -> str:
 
 
 def advice(rotor: Rotor, loop: Levitation, speed: float) -> str:
-    """Return what to change if a motion of the loop grows, depending on its kind.
+    """Return what to change if a motion of the loop grows, depending on the kind of motion.
 
-    Far above its natural frequencies on the bearings, a rigid rotor whirls forward at the frequency of nutation,
+    Far above its natural frequencies on the bearings, a rigid rotor whirls forward at the nutation frequency omega:
 
         I_d omega = I_p Omega                                                                          (1)
 
-    which exceeds the speed if I_p > I_d, as in a flywheel, although the rotor does not bend.
+    This frequency exceeds the spin speed Omega if I_p > I_d, as in a flywheel, although the rotor does not bend.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def advice(rotor: Rotor, loop: Levitation, speed: float) -> str:
 
 
 def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
-    """Yield the axes with a demand under unbalance that controller, coils or amplifiers cannot supply at top speed."""
+    """Yield sentences on axes that saturate at top speed because unbalance demands too much current from them."""
     motion = synchronous_response(machine, np.array([speed]), [machine.unbalanced_points]).reshape(-1)
     demands = np.abs(demanded_currents(machine, speed, speed) @ motion)
     for (bearing, axis), demand in zip(machine.loop.lateral_axes, demands, strict=True):

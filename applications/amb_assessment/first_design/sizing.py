@@ -1,7 +1,7 @@
-"""First sizes of the magnetic bearings of a rotor from its weight and speed, by handbook rules.
+"""First sizes of a rotor's magnetic bearings, computed from its weight and speed by handbook rules.
 
-Replace these sizes by those of data sheets: every number is in a file that states its source. Sources: G. Schweitzer,
-E. H. Maslen, Magnetic Bearings, Springer, 2009; ISO 21940-11 (balancing grades).
+Replace these sizes with the values of data sheets: every number is in a file that states its source. Sources: G.
+Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009; ISO 21940-11 (balancing grades).
 """
 
 from __future__ import annotations
@@ -42,10 +42,11 @@ class MagnetData:
     """K_i (N/A) and K_s (N/m) of an axis at its centre, from a data sheet.
 
     gap, bias
-        Air gap (m) or bias current I_0 (A) of its coils, if stated; each follows from the other. If one is stated, K_i
-        and K_s hold without load, otherwise at the operating point.
+        Air gap (m) or bias current I_0 (A) of the coils, if stated; each follows from the other. If one of them is
+        stated, K_i and K_s hold without load; otherwise, they hold at the operating point.
     drive
-        How the coils carry a load: `differential`, I_0 + i_s and I_0 - i_s, or `one-sided`, I_0 + I_s and I_0.
+        How the coils carry a load: `differential` (with currents I_0 + i_s and I_0 - i_s) or `one-sided` (with I_0 +
+        I_s and I_0).
     """
 
     k_i: Annotated[float, "N/A"]
@@ -64,13 +65,13 @@ class MagnetData:
 
     @property
     def keeps_k_s(self) -> bool:
-        """Whether K_s holds for the loaded axis, because neither gap nor bias is stated."""
+        """Whether K_s holds for the loaded axis, as it does for differential drive without a stated gap or bias."""
         return self.gap is None and self.bias is None and self.drive == "differential"
 
 
 @dataclass(frozen=True)
 class CoilCurrents:
-    """Coils of an axis under its load.
+    """The coils of an axis that carries its load.
 
     bias_current, static_current
         Current of the lower coils (A), and additional current of the upper coils (A).
@@ -92,7 +93,7 @@ class MachineSizes:
     mass, diameter
         Mass of the rotor, and largest diameter of the shaft in its bearings.
     plane, retainers
-        The plane of unbalance next to the centre of mass, and the sites that are retainers of the bearings.
+        The plane of unbalance nearest to the centre of mass, and the sites that are retainers of the bearings.
     gap
         Air gap of the magnets: twice the smallest clearance of a retainer, or `gap_for` the shaft if there is none.
     turns, pole_area, bias_current, current_limit
@@ -100,9 +101,10 @@ class MachineSizes:
     resistance, inductance, voltage_limit
         Values of a coil and its amplifier.
     unbalance
-        Unbalance of the balancing grade at this speed.
+        Unbalance of the balancing grade at the highest speed.
     loads
-        Share of the weight that an axis at 45 degrees carries at this speed, by bearing; the larger of both axes.
+        Load of the more loaded axis at 45 degrees at the highest speed, by bearing; it is the axis's share of the
+        weight.
     coils
         Currents and pole area of each bearing that is driven differentially; empty if the upper coils carry the load.
     """
@@ -127,12 +129,12 @@ class MachineSizes:
 
     @property
     def magnet(self) -> MagnetData:
-        """K_i and K_s of its axes at the centre without static current."""
+        """K_i and K_s of each axis at its centre, without static current."""
         return _constants(self.turns, self.pole_area, self.gap, self.bias_current)
 
     @property
     def clearance(self) -> float:
-        """Smallest clearance of a retainer (m)."""
+        """Smallest clearance of any retainer (m)."""
         return min((site.clearance for site in self.retainers), default=0.5 * self.gap)
 
 
@@ -146,17 +148,18 @@ def machine_sizes(
     I_0 = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
     K_s(i_s) = K_s (1 + (i_s/I_0)^2),  i_s = W/K_i                                          (4)
 
-    m_b is the share of the flexible rotor's mass on a bearing (`carried_with_seals`); F and the data sheet must also
-    suffice at rest, where seals may carry less. In (1) B is the flux density at twice the bias current, the largest
-    with a control current of the bias current, and the force includes the unbalance of twice the balancing grade. (2)
-    gives a full-swing bandwidth of about twice the speed. For a data sheet, (3), from (2.8) and (2.9) without a static
-    current, replaces (1). (4) holds for differential drive. Unless gap or bias is stated, I_0 is chosen so that
-    K_s(i_s) equals the data sheet's, and the gap so that I_0 is at least `ROOM` times i_s.
+    m_b is the mass of the flexible rotor that a bearing carries (`carried_with_seals`). F, or the magnet of a data
+    sheet, must also suffice at rest, where seals may carry less. In (1), B is the flux density at twice the bias
+    current, which is reached when the control current equals the bias current. The force F includes the unbalance of
+    twice the balancing grade. Equation (2) gives a full-swing bandwidth of about twice the speed. With a data sheet,
+    (3) replaces (1); it follows from (2.8) and (2.9) without a static current. Equation (4) holds for differential
+    drive. Unless gap or bias is stated, I_0 is chosen so that K_s(i_s) equals the K_s of the data sheet, and the gap is
+    chosen so that I_0 is at least `ROOM` times i_s.
 
     Parameters
     ----------
     rotor
-        The rotor, with magnetic bearings only, a sensor, and a plane of unbalance.
+        The rotor, which must have a sensor and a plane of unbalance, and no bearings other than magnetic ones.
     speed
         Highest operating speed (rad/s).
     magnet
@@ -169,8 +172,8 @@ def machine_sizes(
     Raises
     ------
     ValueError
-        If the rotor lacks any of these, its surface in a bearing would be faster than 200 m/s, or a magnet of the data
-        sheet cannot carry the weight.
+        If the rotor lacks a sensor or a plane of unbalance, if its surface in a bearing would be faster than 200 m/s,
+        or if a magnet of the data sheet cannot carry the weight.
     """
     require_speed(speed)
     retainers = tuple(site for site in rotor.sites if site.bearing is not None)
@@ -225,9 +228,9 @@ def machine_sizes(
 
 
 def _axis_loads(rotor: Rotor, Omega: float, across: float) -> dict[str, float]:
-    """Return the load (N) of an axis at 45 degrees by bearing, the larger of both, at a spin speed (rad/s).
+    """Return the load (N) of the more loaded axis at 45 degrees, by bearing, at a spin speed (rad/s).
 
-    `across` is the share of the weight across the shaft.
+    `across` is the share of the weight that acts across the shaft.
     """
     carried = carried_with_seals(rotor, {}, Omega)
     of_axes = {name: mass.sum(axis=1) * across * STANDARD_GRAVITY / math.sqrt(2.0) for name, mass in carried.items()}
@@ -235,7 +238,7 @@ def _axis_loads(rotor: Rotor, Omega: float, across: float) -> dict[str, float]:
 
 
 def _gap_with(magnet: MagnetData, gap: float, load: float) -> float:
-    """Return the gap (m) of a magnet of a data sheet; `gap` is the smallest that clears the retainers."""
+    """Return the gap (m) of a data sheet's magnet; `gap` is the smallest gap that clears the retainers."""
     if magnet.gap is not None:
         return magnet.gap
     if magnet.bias is not None:
@@ -246,7 +249,7 @@ def _gap_with(magnet: MagnetData, gap: float, load: float) -> float:
 
 
 def _differential(magnet: MagnetData, bias: float, area: float, loads: Mapping[str, float]) -> dict[str, CoilCurrents]:
-    """Return the currents of coils that share the load of each bearing, by (4); empty for one-sided drive.
+    """Return the coils that share the load of each bearing, computed by (4); empty for one-sided drive.
 
     If neither gap nor bias is stated, I_0 + i_s^2/I_0 = s_0 K_s/K_i, and the pole area is proportional to 1/I_0.
     """
@@ -262,7 +265,7 @@ def _differential(magnet: MagnetData, bias: float, area: float, loads: Mapping[s
 
 
 def _area_with(magnet: MagnetData, gap: float, bias: float, turns: int, load: float) -> float:
-    """Return the pole area (m2) with which an axis has the K_i of a data sheet, and can carry a load (N)."""
+    """Return the pole area (m2) that gives an axis the K_i of a data sheet, if the axis can carry a load (N)."""
     swing = 0.5 * bias if magnet.keeps_k_s else bias
     reason = f"to carry {load:.4g} N with a swing of {swing:.3g} A, which follows from gap, K_i and K_s"
     allowed = f"> {load / swing:.4g} N/A, {reason}"
@@ -271,7 +274,7 @@ def _area_with(magnet: MagnetData, gap: float, bias: float, turns: int, load: fl
 
 
 def _constants(turns: int, pole_area: float, gap: float, bias: float) -> MagnetData:
-    """Return K_i and K_s of an axis at its centre without static current."""
+    """Return K_i and K_s of an axis at its centre, without static current."""
     p = axis_parameters(
         turns=turns, pole_area=pole_area, gap=gap, bias_current=bias, current_limit=3.0 * bias, static_current=0.0
     )

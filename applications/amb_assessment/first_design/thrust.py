@@ -2,7 +2,8 @@
 
     A = mu_0 F/B^2,  F = 4 m g;   K_b = K_s,  C_b = 2 zeta sqrt(K_b m)                              (1)
 
-ROLAC is radial. All five axes therefore have one linear law, which equals the law of the radial design to the last bit.
+ROLAC is radial. Therefore, one linear law controls all five axes; on the radial axes, it equals the law of the radial
+design to the last bit.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ PLACE = 0.08  # of the length, distance of the disc from the lower bearing
 
 
 class Thrust(NamedTuple):
-    """The magnet of a thrust disc, by (1), and its stiffness and current constant with the weight of a tilted shaft."""
+    """The magnet of a thrust disc, sized by (1), and its K_s and K_i under the weight of a tilted shaft."""
 
     name: str
     pole_area: Annotated[float, "m2"]
@@ -40,18 +41,18 @@ class Thrust(NamedTuple):
 
     @property
     def gains(self) -> tuple[float, float, float]:
-        """Gains of the PID: A/m, A/(m s), A s/m."""
+        """Gains of the PID: proportional (A/m), integral (A/(m s)) and derivative (A s/m)."""
         kp, kd = 2.0 * self.k_s / self.k_i, 2.0 * DAMPING * math.sqrt(self.k_s * self.mass) / self.k_i
         return kp, DRIFT * kp, kd
 
     @property
     def channel(self) -> dict[str, Any]:
-        """The channel of a controller file that levitates the axis."""
+        """The channel that levitates the axis, for a controller file."""
         return _channel(f"{self.name}.z", f"{self.name}.i_z", *self.gains, ROLL_OFF)
 
     @property
     def lines(self) -> str:
-        """Lines of a scenario with the values that differ from the radial magnets."""
+        """Scenario lines with the values that differ from those of the radial magnets."""
         values = {
             "pole_area_z": f"{1e4 * self.pole_area:.5g} cm^2",
             "inductance_z": f"{1e3 * self.inductance:.5g} mH",
@@ -61,7 +62,7 @@ class Thrust(NamedTuple):
 
 
 def disc_and_faces(rotor: Rotor, gap: float | None = None) -> str:
-    """Return the text of a thrust disc above the lower bearing, and of two faces at its retainer, if it has one."""
+    """Return the text of a thrust disc above the lower bearing, and of two faces at this bearing's retainer, if any."""
     nodes = rotor.shaft.nodes
     lower = min(rotor.bearings, key=lambda bearing: bearing.node)
     z = nodes[lower.node - 1] + PLACE * (nodes[-1] - nodes[0])
@@ -83,7 +84,7 @@ def disc_and_faces(rotor: Rotor, gap: float | None = None) -> str:
 
 
 def thrust_magnet(name: str, sizes: MachineSizes, tilt: float) -> Thrust:
-    """Return the axial magnet of a machine whose shaft is at an angle (rad) above the horizontal."""
+    """Return the axial magnet of a machine whose shaft is tilted by an angle (rad) above the horizontal."""
     area = _pole_area(sizes.mass)
     p = axis_parameters(
         turns=sizes.turns,
@@ -101,7 +102,7 @@ def thrust_magnet(name: str, sizes: MachineSizes, tilt: float) -> Thrust:
 
 
 def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_time: float) -> str:
-    """Return the controller file of five axes with the radial gains of a design, and demands up to the bias current."""
+    """Return a controller file for five axes with a design's radial gains; the bias current limits the demands."""
     axes, points = control_loop(sizes.rotor).axes, operating_points(sizes)
     roll_off = 1.0 / (math.tau * pid.derivative_time)
     channels = []
@@ -128,7 +129,7 @@ def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_
 
 
 def machine_part(radii: tuple[float, float], thrust: Thrust, sizes: MachineSizes) -> str:
-    """Return the text of a machine file on the axial bearing of `disc_and_faces`, with the radii (m) of its disc."""
+    """Return the machine file's text on the axial bearing of `disc_and_faces`, whose disc has the given radii (m)."""
     inner, outer = radii
     of_bearing = {
         "at": COLLAR,
@@ -147,18 +148,18 @@ def machine_part(radii: tuple[float, float], thrust: Thrust, sizes: MachineSizes
 
 
 def radii(rotor: Rotor, z: float) -> tuple[float, float]:
-    """Return the inner and outer radius (m) of a disc at z: two rings of poles by (1), and the coil between them."""
+    """Return the inner and outer radius (m) of a disc at z that covers two pole rings by (1) and the coil between."""
     inner = 0.5 * diameter_at(rotor, z)
     return inner, math.sqrt(inner**2 + 3.0 * _pole_area(rotor.mass) / math.pi)
 
 
 def _channel(source: str, target: str, kp: float, ki: float, kd: float, roll_off: float) -> dict[str, Any]:
-    """Return a channel with a PID that pushes back."""
+    """Return a channel with a PID whose output opposes its input."""
     pid = {"type": "pid", "kp": f"{kp:.6g} A/m", "kd": f"{kd:.6g} A.s/m", "roll_off": f"{roll_off:.6g} Hz"}
     pid |= {"ki": f"{ki:.6g} A/(m.s)"} if ki else {}
     return {"from": source, "to": target, "gain": -1, "blocks": [pid]}
 
 
 def _pole_area(mass: float) -> float:
-    """Return the pole area of the axial magnet (m2) of a rotor of a mass (kg) by (1)."""
+    """Return the pole area (m2) of the axial magnet for a rotor's mass (kg), computed by (1)."""
     return MU_0 * CAPACITY * mass * STANDARD_GRAVITY / FLUX**2

@@ -28,7 +28,7 @@ RPM = 30.0 / np.pi  # 1/min per rad/s
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve: its name, points, and whether it is drawn as `lines`, `dots` or a `dashed` line."""
+    """A curve: its name, its points, and its style, which is `lines`, `dots` or `dashed`."""
 
     name: str
     x: Array
@@ -38,10 +38,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """A plot: title, labels of its axes, curves, whether both axes have the same scale, and which are logarithmic.
+    """A plot: title, axis labels, curves, whether both axes have the same scale, and which axes are logarithmic.
 
-    Zones are ranges of y, ascending: the upper end and the name of each. The y axis includes the values `holds`, which
-    are limits.
+    Zones are ranges of y in ascending order, each given by its upper end and its name. The y axis always includes the
+    limits in `holds`.
     """
 
     title: str
@@ -54,7 +54,7 @@ class Panel:
     holds: tuple[float, ...] = ()
 
     def as_data(self) -> dict[str, Any]:
-        """Return the plot for JSON; points are little-endian 32-bit numbers in base64, the format of Plotly."""
+        """Return the plot as data for JSON; points are little-endian 32-bit numbers in base64, as in Plotly."""
         finite = [c.y[np.isfinite(c.y)] for c in self.curves]
         return {
             "title": self.title,
@@ -71,7 +71,7 @@ class Panel:
     def in_chosen_units(self) -> Panel:
         """Return the plot with speeds, lengths and forces in the units that were chosen (`presentation.units`).
 
-        Places along the shaft do not change.
+        Positions along the shaft keep their unit.
         """
         x, x_factor = (self.x, 1.0) if is_place(self.x) else relabelled(self.x, *SIZES)
         y, y_factor = relabelled(self.y, *SIZES)
@@ -90,7 +90,7 @@ RunPanels = Callable[[Signals], Iterable[Panel]]
 
 
 def panel_of(data: dict[str, Any]) -> Panel:
-    """Return the plot that `Panel.as_data` wrote."""
+    """Return the plot that `Panel.as_data` converted to data."""
     curves = (Curve(c["name"], _unpacked(c["x"]), _unpacked(c["y"]), c["style"]) for c in data["curves"])
     zones = tuple((float(limit), str(name)) for limit, name in data.get("zones", ()))
     holds = tuple(map(float, data.get("holds", ())))
@@ -98,12 +98,15 @@ def panel_of(data: dict[str, Any]) -> Panel:
 
 
 def run_panels(run: Signals, others: Iterable[RunPanels] = ()) -> tuple[Panel, ...]:
-    """Return the plots of a run: radii, forces, contact state, whirl speeds, those of `others`, orbits."""
+    """Return the plots of a run: radii, forces, contact state, whirl speeds, the plots of `others`, and orbits."""
     return tuple(_panels(run, others)) if run.sizes["time"] else ()
 
 
 def horizontal_axis(run: Signals) -> tuple[Array, str, Bools]:
-    """Return cycles, or spin speeds if these change, from cycle 0 on, their label, and the mask of these samples."""
+    """Return the values of the horizontal axis from cycle 0 on, their label, and the mask of these samples.
+
+    The values are spin speeds (rpm) if the speed changes, and cycles otherwise.
+    """
     from_cycle_0 = np.asarray(cycles(run) >= 0.0)
     if speed_changes(run):
         return RPM * speed(run)[from_cycle_0], "spin speed (rpm)", from_cycle_0
@@ -151,7 +154,10 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
 
 
 def _orbits(run: Signals, inside: Bools) -> Iterator[Curve]:
-    """Yield the clearance and the orbits; if the rotor rolls, from before the disturbance until rolling begins."""
+    """Yield the clearance and the orbits.
+
+    If the rotor rolls, the orbits cover the time from just before the disturbance until rolling begins.
+    """
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     yield Curve("clearance", np.cos(angle), np.sin(angle), "dashed")
     rolling = rolling_from(run)
@@ -177,7 +183,7 @@ def _clearance(run: Signals, site: str) -> float:
 
 
 def _extremes(values: Array, parts: int) -> Indices:
-    """Return the indices of the smallest and the largest value in each of a number of equal parts, ascending."""
+    """Return the ascending indices of the smallest and the largest value in each of `parts` equal parts."""
     edges = np.linspace(0, len(values), parts + 1).astype(int)
     extremes = {0, len(values) - 1}
     for first, last in pairwise(edges):

@@ -20,7 +20,7 @@ LINES: tuple[Any, ...] = ("-", (0, (1, 1)), (0, (5, 1, 1, 1)))  # of curves beyo
 
 
 def picture_of(panels: Sequence[Panel]) -> bytes:
-    """Return a PNG of the plots; empty without plots."""
+    """Return a PNG picture of the plots, or empty data if there are no plots."""
     picture = BytesIO()
     if panels:
         with mpl.rc_context(STYLE):
@@ -29,7 +29,7 @@ def picture_of(panels: Sequence[Panel]) -> bytes:
 
 
 def figure_of(panels: Sequence[Panel]) -> Figure:
-    """Return a figure of the plots in the chosen units, two in a row."""
+    """Return a figure of the plots in the chosen units, with two plots per row."""
     panels = [panel.in_chosen_units() for panel in panels]
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
@@ -61,13 +61,13 @@ def figure_of(panels: Sequence[Panel]) -> Figure:
 
 
 def _legend_columns(names: Sequence[str]) -> int:
-    """Return the number of columns of a legend, at most three, that fit below a plot."""
+    """Return how many columns of a legend, at most three, fit below a plot."""
     column_width = LEGEND_SIZE * (0.55 * max(len(name) for name in names) + 4.0)  # with handle and gap
     return max(1, min(3, int(72.0 * WIDTH / column_width)))
 
 
 def _draw_zones(axes: Axes, panel: Panel) -> None:
-    """Shade the zones from the lower end of the axis, with the lowest darkest, and write their names."""
+    """Shade the zones upwards from the lower end of the axis, with the lowest zone darkest, and write their names."""
     below, top = axes.get_ylim()
     for k, (limit, name) in enumerate(panel.zones):
         if below < limit:

@@ -1,4 +1,4 @@
-"""The axial axis: static capacity against thrust and weight, and the sampled loop of the rigid rotor along its axis."""
+"""Axial axis: the static load compared with the capacity, and the sampled loop of the rigid rotor."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ HEADS = ("bearing force (N)", "control current (A)", "K_s (MN/m)", "Hz", "dampin
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the used share of the capacity, and stability, frequency and decrement of the axial loop.
+    """Return the share of the capacity that is used, and the stability, frequency and decrement of the axial loop.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _measured(subject: AssessedMachine, cases: Sequence[LoadCase]) -> list[Quantity]:
-    """Return stability, decrement and frequency under the worst of all static forces."""
+    """Return the stability, decrement and frequency of the axial loop under the worst of all static forces."""
     if not cases:
         return []
     worst = min(cases, key=lambda case: case.least)
@@ -69,7 +69,7 @@ def _measured(subject: AssessedMachine, cases: Sequence[LoadCase]) -> list[Quant
 
 
 def margins(subject: AssessedMachine) -> AnalysisResult:
-    """Return the largest |S| of the axial loop, and stability and decrement within the tolerances of K_i, K_s and gap.
+    """Return the largest |S| of the axial loop, and its worst margins within the tolerances of K_i, K_s and gap.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def margins(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _peaks(cases: Sequence[LoadCase]) -> list[Quantity]:
-    """Return the largest |S| of all cases up to 2 kHz, and above 2 kHz if the sample rate allows."""
+    """Return the largest |S| over all cases, up to 2 kHz and, if the sample rate allows, above 2 kHz."""
     result = []
     for band, quantity in zip(zip(*(case.peaks for case in cases), strict=True), PEAKS, strict=False):
         (peak, hz), case = max(zip(band, (case.name for case in cases), strict=True))
@@ -93,7 +93,7 @@ def _peaks(cases: Sequence[LoadCase]) -> list[Quantity]:
 
 
 def _varied(subject: AssessedMachine, cases: Sequence[LoadCase]) -> list[Quantity]:
-    """Return stability, smallest decrement and largest |S| in the corners of the tolerances of K_i, K_s and gap."""
+    """Return the stability, smallest decrement and largest |S| at the tolerance corners of K_i, K_s and gap."""
     factors = {(v.k_i, v.k_s): None for v in variations(subject.file.tolerances).values()}
     varied = {
         f"{NAME} under {case.name}, K_i {k_i:.3g}, K_s {k_s:.3g}": load_case(subject, case.load, (k_i, k_s))
@@ -113,7 +113,7 @@ def _varied(subject: AssessedMachine, cases: Sequence[LoadCase]) -> list[Quantit
 
 
 def _spectral_radius(quantity: str, cases: Mapping[str, LoadCase]) -> Quantity:
-    """Return the largest spectral radius of loops by name; the axial loop does not depend on the speed."""
+    """Return the largest spectral radius of the named axial loops, which do not depend on the spin speed."""
     name, worst = least_stable_case(cases)
     facts = {"growth_rate": worst.growth_rate, "frequency": float(hertz(worst.frequency))}
     return Quantity(quantity, f"{name}: {worst.motion}", worst.radius, "1", facts, worst.note)

@@ -1,4 +1,4 @@
-"""Vibrations of the machine under control over speed, with seals and stages: frequencies and logarithmic decrements."""
+"""Frequencies and logarithmic decrements of the controlled machine's vibrations over speed, with seals and stages."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ROUNDING = 1e-9  # relative difference of decrements of the same pole
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return stability from zero to the trip speed, damped frequencies, and the smallest decrement in operation."""
+    """Return the stability up to the trip speed, the damped frequencies, and the smallest decrement in operation."""
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
     speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
@@ -66,9 +66,10 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]]) -> Quantity:
-    """Return the smallest logarithmic decrement of vibrations at speeds (rad/s), and its speed.
+    """Return the smallest logarithmic decrement of vibrations at several speeds (rad/s), and where it occurs.
 
-    If the loop is not stable, the fastest growing pole is included; a drift without vibration has the value -`LARGEST`.
+    If the loop is not stable, the fastest-growing pole is included. A growing drift, which does not vibrate, has the
+    value -`LARGEST`.
     """
     candidates = [
         (float(d), Omega, float(s.imag), float(sense))

@@ -1,4 +1,4 @@
-"""Undamped critical speeds over the stiffness of the supports, with the bearings' dynamic stiffness."""
+"""Undamped critical speeds as functions of the support stiffness, and at the bearings' dynamic stiffness."""
 
 from __future__ import annotations
 
@@ -67,19 +67,20 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 def bearing_critical_speeds(
     subject: AssessedMachine, speeds: Array, stiffness: dict[str, Array]
 ) -> list[tuple[int, float]]:
-    """Return number and speed (rad/s) of each undamped critical speed at the bearings' stiffness.
+    """Return the number and the value (rad/s) of each undamped critical speed at the bearings' stiffness.
 
-    The k-th is where Omega_k(K(Omega)) crosses Omega; crossings between `speeds` are interpolated linearly.
+    The k-th critical speed is where Omega_k(K(Omega)) crosses Omega. Crossings between `speeds` are interpolated
+    linearly.
 
     Parameters
     ----------
     subject
         The machine.
     speeds
-        Ascending (rad/s), shape (n,).
+        Ascending speeds (rad/s), shape (n,).
     stiffness
-        Real part of the dynamic stiffness (N/m) of each bearing at these speeds; at least `LEAST` times the largest
-        stiffness of a magnet.
+        Real part of the dynamic stiffness (N/m) of each bearing at these speeds. Values below `LEAST` times the largest
+        stiffness of a magnet are raised to this limit.
     """
     floor = LEAST * max(float(np.max(np.abs(stiffness[name]))) for name in subject.magnets)
     excess = np.full((COUNT, len(speeds)), np.nan)

@@ -29,7 +29,10 @@ def growth_rates(swept: NDArray[np.object_]) -> Array:
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the decrement with the anticipated coupling, and the threshold relative to it, at the largest speed."""
+    """Return the decrement with the anticipated coupling, and the stability threshold.
+
+    Both are computed at the largest speed. The threshold is a multiple of the anticipated coupling.
+    """
     if not subject.file.stages:
         raise ValueError("the machine file has no stages; add their data or their cross coupling")
     speed, limit = subject.file.speed.highest, subject.file.highest_frequency

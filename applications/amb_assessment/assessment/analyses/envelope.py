@@ -1,4 +1,4 @@
-"""Forces, currents, voltages and slew rates that unbalance requires, against the limits of amplifiers and magnets."""
+"""Forces, currents, voltages and slew rates under unbalance, compared with the limits of amplifiers and magnets."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ POINTS = 90  # speeds, before refinement about critical speeds and maxima
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the worst-case requirements of each axis up to the trip speed, with the balancing grade's unbalance."""
+    """Return the worst-case demands on each axis up to the trip speed under the unbalance of the balancing grade."""
     total, others = subject.unbalance_of_grade(), real_coefficients(subject)
     loads = [case.of(total) for case in unbalance_cases(subject)]
 
@@ -80,7 +80,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _limit(subject: AssessedMachine, bearing: str, axis: str, speeds: Array) -> list[Curve]:
-    """Return the curve of the largest current of an axis, or none if another axis of the bearing has the same."""
+    """Return the curve of the largest current of an axis, or nothing if the bearing's first axis has the same curve."""
     axes = [of for name, of in subject.loop.lateral_axes if name == bearing]
     limits = [control_amplitude(subject, bearing, of, hertz(speeds)) for of in axes]
     are_alike = all(np.allclose(limit, limits[0], rtol=1e-3) for limit in limits)
@@ -91,14 +91,14 @@ def _limit(subject: AssessedMachine, bearing: str, axis: str, speeds: Array) -> 
 
 
 def _voltages(subject: AssessedMachine, speeds: Array, currents: Array) -> Array:
-    """Return the largest voltages R I_0 + I |R + j Omega L| of each axis (V), shape (speeds, axes)."""
+    """Return the largest voltage R I_0 + I |R + j Omega L| (V) of each axis at each speed, shape (speeds, axes)."""
     axes = [subject.axis(bearing, axis) for bearing, axis in subject.loop.lateral_axes]
     impedances = np.stack([np.hypot(p.resistance, speeds * p.inductance) for p in axes], axis=1)
     return currents * impedances + [voltage_at_rest(p) for p in axes]
 
 
 def _shares(subject: AssessedMachine, speeds: Array, forces: Array, currents: Array) -> tuple[Array, Array]:
-    """Return currents and slew rates relative to their largest possible values (%), each of shape (speeds, axes)."""
+    """Return the currents and the slew rates as percentages of their limits, each of shape (speeds, axes)."""
     axes = subject.loop.lateral_axes
     allowed = np.stack([control_amplitude(subject, *axis, hertz(speeds)) for axis in axes], axis=1)
     slew = speeds[:, None] * forces / [_slew_limit(subject.axis(*axis)) for axis in axes]
@@ -110,7 +110,7 @@ def _slew_limit(p: np.record) -> float:
 
 
 def largest_needed(subject: AssessedMachine, speeds: Array, q: Complex) -> tuple[Array, Array]:
-    """Return amplitudes of force (N) and current (A) of each axis in the worst case, each of shape (speeds, axes)."""
+    """Return the worst-case amplitudes of force (N) and current (A) of each axis, both of shape (speeds, axes)."""
     n_axes = len(subject.loop.lateral_axes)
     forces, currents = np.zeros((len(speeds), n_axes)), np.zeros((len(speeds), n_axes))
     rows = [2 * (subject.bearings[bearing] - 1) + AXES.index(axis) for bearing, axis in subject.loop.lateral_axes]

@@ -1,4 +1,4 @@
-"""Run-up and run-down through the critical speeds, and faults at speed, in co-simulation."""
+"""Co-simulations of run-up and run-down through the critical speeds, and of faults at the largest speed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SHOCK_STEPS = 8
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the smallest distance to contact in each run, with the unbalance of the balancing grade."""
+    """Return how close the rotor comes to contact in each run, under the unbalance of the balancing grade."""
     speed = subject.file.speed
     passed = worst_response(subject, SLOW * speed.highest, speed.tripping)
     running = [_running(subject, name, time, passed) for name, time in _durations(subject).items()]
@@ -63,7 +63,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _durations(subject: AssessedMachine) -> dict[str, float]:
-    """Return the durations (s) of run-up and run-down between `SLOW` and the trip speed; infinite if unknown."""
+    """Return the durations (s) of run-up and run-down between `SLOW` and the trip speed, or infinity if unknown."""
     speed, p = subject.file.speed, subject.parameters[PLANT]
     drag, span = p.get("spin.drag", 0.0), (speed.tripping - SLOW * speed.highest) / speed.highest
     coasting = p["spin.inertia"] / drag * math.log(speed.tripping / (SLOW * speed.highest)) if drag else math.inf
@@ -75,7 +75,7 @@ def _durations(subject: AssessedMachine) -> dict[str, float]:
 
 
 def _running(subject: AssessedMachine, name: str, time: float, passed: WorstResponse) -> tuple[Quantity, Curve]:
-    """Return the largest displacement over the clearance of a run-up or run-down, and its curve."""
+    """Return the largest displacement relative to the clearance during a run-up or run-down, and its curve."""
     if time > LONGEST:
         used = steady_vibration(subject, passed)
         value, note = passed.with_run(passed.site, max(float(shares.max()) for shares in used.values()))
@@ -97,7 +97,10 @@ def _running(subject: AssessedMachine, name: str, time: float, passed: WorstResp
 
 
 def _speeds(subject: AssessedMachine, name: str) -> list[tuple[float, float]]:
-    """Return shares of the duration and speeds (rad/s): linear in time, or braked by drag if no time is stated."""
+    """Return pairs of time, as a share of the duration, and speed (rad/s).
+
+    The speed is linear in time, except in a run-down whose time is not stated: there, drag slows the rotor.
+    """
     speed = subject.file.speed
     ends = np.array([SLOW * speed.highest, speed.tripping])
     if name == "run-up":
@@ -109,7 +112,7 @@ def _speeds(subject: AssessedMachine, name: str) -> list[tuple[float, float]]:
 
 
 def _faults(subject: AssessedMachine) -> tuple[list[Quantity], list[tuple[str, ...]], list[Curve]]:
-    """Return the worst of each kind of fault, a row for each fault, and a curve for the worst of each kind."""
+    """Return the worst case of each kind of fault, a table row for each fault, and a curve for each worst case."""
     highest = subject.file.speed.highest
     unbalance = worst_response(subject, highest, highest).unbalance
     measured: list[Quantity] = []
@@ -134,7 +137,7 @@ def _faults(subject: AssessedMachine) -> tuple[list[Quantity], list[tuple[str, .
 
 
 def _nearest(used: Mapping[str, Array]) -> tuple[str, float, float]:
-    """Return the site with the largest displacement over the clearance, this ratio, and the largest final ratio (%)."""
+    """Return the site nearest to contact, its largest displacement, and the largest final one (% of clearance)."""
     site = max(used, key=lambda site_name: float(used[site_name].max()))
     end = max(float(shares[-max(1, len(shares) // 10) :].max()) for shares in used.values())
     return site, 100.0 * float(used[site].max()), 100.0 * end
@@ -167,7 +170,7 @@ def _kinds(subject: AssessedMachine) -> dict[str, dict[str, list[dict[str, Any]]
 
 
 def _shock(axis: str, sign: str) -> list[dict[str, Any]]:
-    """Return the events of a base acceleration that follows a half sine in steps."""
+    """Return the events of a base acceleration that approximates a half sine in steps."""
     shares = (np.arange(SHOCK_STEPS) + 0.5) / SHOCK_STEPS
     pulse = [float(f"{sign}1") * SHOCK * float(a) for a in np.sin(np.pi * shares)]
     events: list[dict[str, Any]] = [

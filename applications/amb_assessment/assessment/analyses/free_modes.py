@@ -17,9 +17,9 @@ LEAST, MOST = 3, 6  # listed modes
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the bending modes of the free rotor at rest up to the judged frequency, at least three.
+    """Return the bending modes of the free rotor at rest up to the judged frequency, but at least three modes.
 
-    If no mode is below this frequency, the first is judged.
+    If all modes are above this frequency, only the first mode is judged.
     """
     modes = mode_reaches(subject.rotor, subject.magnets, MOST)
     within = sum(mode.frequency <= subject.file.highest_frequency for mode in modes)

@@ -44,12 +44,12 @@ class Landing:
     friction, phase
         Friction coefficient, and phase at which the power is lost (deg).
     forces, heat
-        Largest forces (N) by site, and heat (J).
+        Largest force at each site (N), and heat in the retainers (J).
     whirls_backward, rests, rocks_within
-        How the landing ended: in backward whirl, at rest, or in steady rocking to and fro (deg); otherwise it has not
-        ended.
+        How the landing ended: in backward whirl, at rest, or rocking steadily to and fro within an angle (deg). If none
+        of these applies, the landing has not ended.
     touches, stators
-        Touched sites other than retainers and faces, and the magnetic bearings with a touched stator.
+        Sites other than retainers and faces that were touched, and magnetic bearings whose stator was touched.
     failure
         Reason for an early end of the simulation; otherwise empty.
     """
@@ -67,22 +67,22 @@ class Landing:
 
     @property
     def is_final(self) -> bool:
-        """Whether the rotor whirls backward or is at rest, or the run failed, so a longer simulation is not needed."""
+        """Whether the outcome is final, because the run failed, or the rotor whirls backward or is at rest."""
         return self.whirls_backward or self.rests or bool(self.failure)
 
     @property
     def has_ended(self) -> bool:
-        """Whether the landing is final or rocks steadily."""
+        """Whether the landing is final, or the rotor rocks steadily."""
         return self.is_final or self.rocks_within is not None
 
     @property
     def force(self) -> float:
-        """The largest force of all sites (N)."""
+        """The largest force at any site (N)."""
         return max(self.forces.values(), default=0.0)
 
     @property
     def row(self) -> tuple[str, ...]:
-        """The landing as texts."""
+        """The cells of the landing's row in the table."""
         if self.failure:
             return (f"{self.friction:g}", f"{self.phase:.0f}", self.failure, "", "", "")
         rocking = "not ended" if self.rocks_within is None else f"swings up to {self.rocks_within:.0f} deg"
@@ -99,7 +99,7 @@ class Landing:
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the smallest friction that causes whirl, and force, whirl, other contacts and heat of the landings."""
+    """Return the smallest friction that causes whirl, and the force, whirl, other contacts and heat of the landings."""
     if not subject.retainers:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
     check_falls(subject)
@@ -191,7 +191,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _largest(landings: Sequence[Landing], places: Sequence[str]) -> float:
-    """Return the largest force (N) of the landings at some places, or 0 if there are none."""
+    """Return the largest force (N) at any of the `places` in all `landings`, or 0 if either is empty."""
     return max((landing.forces.get(place, 0.0) for landing in landings for place in places), default=0.0)
 
 

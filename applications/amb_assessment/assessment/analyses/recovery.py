@@ -1,4 +1,4 @@
-"""Relevitation after a landing, and the overload and the force along the shaft at which the rotor touches."""
+"""Relevitation after a landing, and the overload and the axial force at which the rotor comes into contact."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _with_power_back(lost: Mapping[str, Any], after: float) -> dict[str, Any]:
 
 
 def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
-    """Return the share of the clearance that the rotor uses in the last tenth of the run after the power returns."""
+    """Return the share of the clearance that the rotor uses at the end of the run, after the power has returned."""
     used = clearance_used(subject, again)
     last = {site: float(shares[-max(1, len(shares) // 10) :].max()) for site, shares in used.items()}
     site = max(last, key=lambda site_name: last[site_name])
@@ -90,7 +90,7 @@ def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
 
 
 def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, Result]:
-    """Return the smallest base acceleration, over g, at which the rotor touches anything, and its run."""
+    """Return the smallest base acceleration, in g, at which the rotor touches anything, and the run."""
     runs = [_rising(subject, Omega, inputs, axis, sign) for axis in subject.directions_of_contact for sign in "+-"]
     *_, overload, run = min(runs, key=lambda rising: rising[:2])
     return overload, run
@@ -99,8 +99,8 @@ def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float
 def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, ...]:
     """Return the force along the shaft that the axial axis carries in co-simulation before the rotor touches a face.
 
-    This is the force in the weaker direction, and includes the weight. Without faces, or without a thrust bearing,
-    there is none.
+    This is the force in the weaker direction, and it includes the weight. The result is empty if the rotor has no faces
+    or the machine has no thrust bearing.
     """
     thrust = subject.file.thrust_bearing
     if thrust is None or not subject.rotor.faces:
@@ -120,10 +120,11 @@ def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]
 def _stepped(
     subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], name: str, values: Array, each: float
 ) -> tuple[Result, str, float, int | None]:
-    """Return a run in which an input of the rotor takes each value for the time `each` (s), the first after that time.
+    """Return a run in which an input of the rotor takes the `values` in turn, and data on the first contact.
 
-    The other values are the place that the rotor touches first, its largest displacement over the clearance, and the
-    number, from 1, of the value that acts at contact. Without contact, the place is empty and the number is None.
+    The input takes its next value every `each` seconds, starting after `each` seconds. Besides the run, the function
+    returns the place that the rotor touches first, the largest displacement relative to the clearance, and the number
+    of the value that acts at contact, counted from 1. Without contact, the place is empty and the number is None.
     """
     events = [{"time": k * each, "set": {PLANT: {name: float(value)}}} for k, value in enumerate(values, 1)]
     end = (len(values) + 1) * each
@@ -141,9 +142,10 @@ def _stepped(
 def _rising(
     subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], axis: str, sign: str
 ) -> tuple[float, float, Quantity, Result]:
-    """Return the base acceleration along an axis, over g, at which the rotor first touches anything.
+    """Return the base acceleration along an axis, in g, at which the rotor first touches anything.
 
-    The other values are the negative of the largest displacement over the clearance, the quantity, and the run.
+    Besides this acceleration, the function returns the negative of the largest displacement relative to the clearance,
+    the acceleration as a `Quantity`, and the run.
     """
     levels: Array = OVERLOAD_STEP * np.arange(1.0, round(MOST / OVERLOAD_STEP) + 1.0)
     accelerations = float(f"{sign}1") * STANDARD_GRAVITY * levels

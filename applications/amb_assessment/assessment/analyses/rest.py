@@ -1,4 +1,4 @@
-"""A landing to rest: its heat, the temperature of the retainers, and the change of its force with more modes."""
+"""A landing until the rotor is at rest: heat, retainer temperatures, and the change of the force with more modes."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ STEADY_SWING = 0.7  # of the swing in the shorter run, below which rocking decay
 
 @dataclass(frozen=True)
 class CoastDown:
-    """Remaining run-down to standstill: its end (s), and the friction heat (J) at the retainers until then."""
+    """The remaining run-down: time of standstill (s), and friction heat (J) at the retainers until then."""
 
     time: float
     heat: float
@@ -62,12 +62,12 @@ class CoastDown:
 
 @dataclass(frozen=True)
 class Outlook:
-    """Prediction of a landing beyond the end of a run.
+    """Prediction of how a landing continues after the end of a run.
 
     standstill
         Time of standstill (s), or infinity if friction does not slow the rotor.
     swing
-        Swing of steady rocking (deg), 0 at rest, None for any other motion.
+        Swing of steady rocking (deg); 0 if the rotor is at rest, and None for any other motion.
     """
 
     standstill: float
@@ -81,7 +81,7 @@ class Outlook:
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return time and heat to rest, the largest retainer temperature, and the change of forces with more modes."""
+    """Return the time and heat until rest, the largest temperature, and the change of the force with more modes."""
     check_falls(subject)
     Omega = subject.file.speed.highest
     inputs, lost = worst_inputs(subject), without_power(subject, 1.0)
@@ -122,7 +122,10 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _fall(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]) -> Result:
-    """Return the run of a loss of power, to standstill or until a longer run would only confirm its prediction."""
+    """Return a run after a loss of power.
+
+    It ends at standstill, when a longer run would only confirm its prediction, or after the longest allowed time.
+    """
     fields, most = _without_drive(subject, Omega, lost), longest(subject, LONGEST, MOST_STEPS)
     duration, end, before = min(FIRST, most), None, None
     while True:
@@ -137,7 +140,7 @@ def _fall(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], l
 
 
 def _outlook(subject: AssessedMachine, run: Result) -> Outlook | None:
-    """Return the prediction of a landing, or None if the rotor hardly turns any more or touches nothing."""
+    """Return the prediction for a landing, or None if the rotor has almost stopped or touches nothing."""
     touchdown = run.summary.touchdown
     if touchdown is None or touchdown.slow_after is not None:
         return None
@@ -148,13 +151,13 @@ def _outlook(subject: AssessedMachine, run: Result) -> Outlook | None:
 
 
 def _speeds(run: Result) -> tuple[Array, Array]:
-    """Return times (s) and spin speeds (rad/s)."""
+    """Return the recorded times (s) and spin speeds (rad/s) of a run."""
     times, speeds = (np.asarray(run.signals[name].values) for name in ("time", f"{PLANT}.speed"))
     return times, speeds
 
 
 def _without_drive(subject: AssessedMachine, Omega: float, lost: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the scenario fields of a loss of power, after which the rotor spins freely without drive to standstill."""
+    """Return the scenario fields for a loss of power after which the rotor, without drive, spins down freely."""
     parameters = {**lost["parameters"], PLANT: {**lost["parameters"][PLANT], "spin.free": True}}
     event, *others = lost["event"]
     off = {**event, "set": {**event["set"], PLANT: {"drive.torque_limit": 0.0}}}
@@ -169,20 +172,20 @@ def _without_drive(subject: AssessedMachine, Omega: float, lost: Mapping[str, An
 
 
 def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> CoastDown | None:
-    """Return the remaining run-down to standstill; None if friction does not slow the rotor.
+    """Return the remaining run-down to standstill, or None if friction does not slow the rotor.
 
         Omega' = -a - b Omega,   b = drag/inertia                                                     (1)
 
-    With w = Omega exp(b t) and u = (exp(b t) - 1)/b, w = w_0 - a u is a line that is fitted to the second half of the
-    run. The run-down ends at u = w_0/a, and friction dissipates J a (Omega_1 - a t)/b in the remaining time t from
-    Omega_1.
+    With w = Omega exp(b t) and u = (exp(b t) - 1)/b, (1) becomes the line w = w_0 - a u, which is fitted to the second
+    half of the run. The run-down ends at u = w_0/a. In the remaining time t, during which the speed falls from Omega_1
+    to zero, friction dissipates J a (Omega_1 - a t)/b.
 
     Parameters
     ----------
     times, speeds
-        Times (s), ascending, and spin speeds (rad/s), shape (n,), n > 3.
+        Ascending times (s) and the spin speeds at these times (rad/s), each of shape (n,) with n > 3.
     inertia, drag
-        Polar moment of inertia J (kg m^2), and viscous drag of the spin (N m s), >= 0.
+        Polar moment of inertia J (kg m^2), and coefficient of the viscous drag on the spin (N m s), at least 0.
     """
     half = len(times) // 2
     t, Omega, b = times[half:] - times[half], np.abs(speeds[half:]), drag / inertia
@@ -197,7 +200,7 @@ def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> Coas
 
 
 def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speeds: Array) -> Iterator[Quantity]:
-    """Yield times and heats of a fall, and the largest temperature of retainers with a heat capacity."""
+    """Yield the times and heats of a fall, and the largest temperature of any retainer with a known heat capacity."""
     end, sites = float(times[-1]), touchdown.retainers
     where, rest = f"in {end:.4g} s without power", touchdown.rest_after
     rocking = "" if touchdown.rocks_within is None else f"; it swings up to {touchdown.rocks_within:.2g} deg"
@@ -233,7 +236,7 @@ def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speed
 
 
 def _landed(subject: AssessedMachine, touchdown: Touchdown, times: Array) -> Iterator[Quantity]:
-    """Yield whether the rotor whirls backward or touches anything except its retainers before the run ends."""
+    """Yield whether the rotor whirls backward, and whether it touches anything except its retainers, during the run."""
     end = f"{float(times[-1]):.4g} s without power"
     others = [site for site in touchdown.retainers if site not in subject.lands_on]
     whirls = touchdown.whirls_backward_at
@@ -267,12 +270,12 @@ def _at_most(subject: AssessedMachine, touchdown: Touchdown, site: str, more: fl
 
 
 def _warmed(subject: AssessedMachine, site: str) -> str:
-    """Return the retainer that contact at a site or face warms."""
+    """Return the retainer that is warmed by contact at a site or a face."""
     return next((face.retainer or site for face in subject.rotor.faces if face.name == site), site)
 
 
 def _without_temperature(touchdown: Touchdown) -> tuple[str, ...]:
-    """Return a note on retainers without a temperature, whose heat capacity is unknown."""
+    """Return a note on the retainers that have no temperature because their heat capacity is unknown."""
     names = [site for site, result in touchdown.retainers.items() if result.temperature is None]
     if not names:
         return ()
@@ -293,9 +296,9 @@ def _number(value: float | None) -> str:
 def _convergence(
     subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
 ) -> list[Quantity]:
-    """Return the change of the largest averaged force with twice the modes, if there are more.
+    """Return the change of the largest averaged force with twice the modes, or nothing if the rotor has no more modes.
 
-    The force in a backward whirl depends on chance; it differs as much between runs with the same modes.
+    In a backward whirl, the force depends on chance, so it varies just as much between runs with the same modes.
     """
     retained, most = elastic_shapes(subject.rotor)
     more = min(max(2 * retained, FEWEST), most)

@@ -34,10 +34,10 @@ NO_BOUND = "without bound"
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the largest spectral radius, the smallest decrement and the largest sensitivity over the tolerances.
+    """Return the largest spectral radius, the smallest decrement and the largest sensitivity within the tolerances.
 
-    All corners and all poles are included, from zero to the trip speed. A corner that is not stable has no sensitivity;
-    its value is `NO_SENSITIVITY`.
+    The spectral radius includes all corners of the tolerances and all poles, at speeds from zero to the trip speed. An
+    unstable corner has no sensitivity, so the value `NO_SENSITIVITY` is used instead.
     """
     speed, tolerances = subject.file.speed, subject.file.tolerances
     limit, others = subject.file.highest_frequency, real_coefficients(subject)
@@ -90,13 +90,13 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def sensitivity_varied(where: str, peak: float, is_stable: bool) -> Quantity:
-    """Return the sensitivity of a corner; if the loop is unstable, it is unbounded and `peak` is `NO_SENSITIVITY`."""
+    """Return the sensitivity of a corner, which is unbounded for an unstable loop; `peak` is then `NO_SENSITIVITY`."""
     note, shown = ("", "") if is_stable else (UNSTABLE_CORNER, NO_BOUND)
     return Quantity("sensitivity_varied", where, peak, "1", {}, note, shown=shown)
 
 
 def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:
-    """Return the nominal machine and all corners of its tolerances, by their changes."""
+    """Return the nominal machine and all corners of its tolerances, each by a name that states the changes."""
     result = {"nominal": MachineVariation()}
     gaps = (-tolerances.gap, tolerances.gap) if tolerances.gap else (0.0,)
     for i, s, g, m in product((-1, 1), (-1, 1), gaps, (-1, 1)):
@@ -108,7 +108,7 @@ def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:
 
 
 def largest_over(loop: Loop, by_speed: Mapping[float, Sequence[AxisPeaks]]) -> tuple[float, str]:
-    """Return the largest peak of sensitivities by speed (rad/s), up to half the sample rate, and where it is."""
+    """Return the largest sensitivity peak in `by_speed` (keys in rad/s), up to half the sample rate, and its place."""
     peaks = (
         (*max(axis.peaks), name, Omega)
         for Omega, axes in by_speed.items()

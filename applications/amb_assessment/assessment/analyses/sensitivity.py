@@ -1,4 +1,4 @@
-"""Sensitivity of every axis (ISO 14839-3), computed over speed, and measured by injected currents in co-simulation."""
+"""Sensitivity of every axis (ISO 14839-3), computed at operating speeds, and measured in co-simulation."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SPEEDS = 4  # from the smallest to the largest, before refinement about maxima
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the peak of each axis over the operating speeds, and the measured one at the largest speed."""
+    """Return the largest |S| of each axis over the operating speeds, and the measured peak at the largest speed."""
     speed = subject.file.speed
     loop = coupled_loop(subject, real_coefficients(subject))
     by_speed = sensitivities_over(subject, loop)
@@ -62,7 +62,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 @dataclass(frozen=True, eq=False)
 class AxisPeaks:
-    """|S| of an axis at frequencies (Hz), and its peaks up to 2 kHz and, if the sample rate allows, above."""
+    """|S| of an axis at frequencies (Hz), and its peaks: up to 2 kHz and, if the sample rate allows, above 2 kHz."""
 
     frequencies: Array
     values: Array
@@ -70,7 +70,7 @@ class AxisPeaks:
 
 
 def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
-    """Return |S| of each axis up to 2 kHz and its peaks at a spin speed (rad/s).
+    """Return |S| of each axis up to 2 kHz, and the peaks of |S|, at a spin speed (rad/s).
 
     Raises
     ------
@@ -85,7 +85,7 @@ def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
 
 
 def sensitivities_over(subject: AssessedMachine, loop: Loop) -> dict[float, list[AxisPeaks]]:
-    """Return `sensitivities` of a loop at operating speeds (rad/s) of a machine, refined about the maxima of peaks."""
+    """Return the `sensitivities` of a loop by operating speed (rad/s), with more speeds near the highest peaks."""
     speed = subject.file.speed
     by_speed: dict[float, list[AxisPeaks]] = {}
 
@@ -111,7 +111,7 @@ def _panel(subject: AssessedMachine, curves: dict[str, tuple[Array, Array]], stu
 
 
 def zone_limits(ends: Array) -> list[Curve]:
-    """Return the upper limits of the zones of |S| between two frequencies (Hz)."""
+    """Return the upper limits of the |S| zones as horizontal lines between two frequencies (Hz)."""
     return [curve(f"{zone}: below {limit:g}", ends, [limit, limit], "dashed") for zone, limit in ZONES.items()]
 
 

@@ -1,4 +1,4 @@
-"""Unbalance response for each mode: critical speeds with amplification and margins, probe limit, clearances."""
+"""Unbalance response for each mode: critical speeds, their amplification and margins, probe limit and clearances."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LEAST_SCALE, LARGEST_SCALE = 1.0, 6.0  # S_cc
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the response at probes and clearances under twice the residual unbalance, placed for each mode."""
+    """Return the response at the probes and in the clearances to twice the residual unbalance, placed for each mode."""
     cases = unbalance_cases(subject)
     total = FACTOR * subject.residual_unbalance()
     loads = [case.of(total) for case in cases]
@@ -82,7 +82,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _placed(subject: AssessedMachine, cases: list[UnbalanceCase], total: float) -> tuple[tuple[str, ...], ...]:
-    """Return the unbalance of each mode at each position."""
+    """Return the unbalance that excites each mode, at each position."""
     return tuple(
         (
             case.name.split(",")[0],
@@ -93,7 +93,7 @@ def _placed(subject: AssessedMachine, cases: list[UnbalanceCase], total: float) 
 
 
 def _amounts(subject: AssessedMachine, case: UnbalanceCase, total: float) -> str:
-    """Return the unbalance at each position of a case with a total (kg m)."""
+    """Return the unbalance of a case at each position, for a total unbalance (kg m)."""
     placed = (
         f"{1e6 * share * total:+.3g} g mm at z = {significant(1e3 * subject.z[node - 1])} mm"
         for node, share in case.shares.items()
@@ -104,7 +104,7 @@ def _amounts(subject: AssessedMachine, case: UnbalanceCase, total: float) -> str
 def _critical(
     subject: AssessedMachine, case: UnbalanceCase, probe: str, peak: Peak, total: float
 ) -> tuple[Quantity, tuple[str, ...]]:
-    """Return the separation margin of a peak under a total unbalance (kg m), and its row of the table."""
+    """Return the separation margin of a response peak under a total unbalance (kg m), and its table row."""
     speed, Omega, AF = subject.file.speed, rpm(peak.Omega), peak.amplification
     margin = separation_margin(peak.Omega, speed.lowest, speed.highest)
     note = f"amplification {AF:.3g}" + (", from one side of the peak" if peak.from_single_side else "")
@@ -117,7 +117,7 @@ def _critical(
 
 
 def _probe_limit(subject: AssessedMachine) -> float:
-    """Return the allowed displacement at the probes (um peak to peak), A_vl."""
+    """Return the allowed displacement A_vl at the probes (um peak to peak)."""
     return min(25.4, 25.4 * float(np.sqrt(12000.0 / rpm(subject.file.speed.highest))))
 
 

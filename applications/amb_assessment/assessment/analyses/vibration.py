@@ -1,4 +1,4 @@
-"""Vibration at speed against the clearance (ISO 14839-2), in co-simulation with noise and converters."""
+"""Vibration at speed relative to the clearance (ISO 14839-2), from co-simulation with noise and converters."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ declare("clearance_used", "%")
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the largest displacement over the clearance at retainers and air gaps, with the grade's unbalance.
+    """Return the largest displacement relative to the clearance at retainers and air gaps.
 
-    The machine runs at the ends of its operating speeds and at the speed between them with the largest steady response.
+    The unbalance is that of the balancing grade. The machine runs at its lowest and its highest operating speed, and at
+    the speed between them with the largest steady response.
     """
     speed = subject.file.speed
     stops = subject.stops

@@ -1,1 +1,1 @@
-"""Which criteria does the machine meet? Runs all analyses and judges what they compute."""
+"""Which criteria does the machine meet? The engine runs all analyses and judges what they compute."""

@@ -1,4 +1,4 @@
-"""Assesses a machine: computes each part separately and judges it by criteria; a failed part has a reason."""
+"""Assessment of a machine: each part is computed separately and judged by criteria, and a failed part states why."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from amb_files.suggestions import suggest
 
 
 class Needs(IntEnum):
-    """Needs of an analysis; each value includes those before it."""
+    """Requirements of an analysis; each value includes all values before it."""
 
     NOTHING, STABLE_LOOP, CONTACT_SITES = range(3)
 
@@ -85,14 +85,14 @@ ProgressCallback = Callable[[str, int, int], None]  # title of the current part,
 
 @dataclass(frozen=True)
 class PartResult:
-    """The results of one analysis, a part of an assessment.
+    """The results of one analysis, which is a part of an assessment.
 
     key, title
-        Name for `only`, and title on the page.
+        Name of the part, as used in `only`, and its title on the page.
     result, findings
         Results, and the verdicts on them.
     reason
-        Reason for a failure; otherwise empty.
+        Reason why the part failed; otherwise empty.
     wall
         Wall-clock time (s).
     """
@@ -107,9 +107,9 @@ class PartResult:
 
 @dataclass(frozen=True)
 class Assessment:
-    """Results of a machine under its criteria, and the warnings in the summary of a run of this machine.
+    """Results of a machine, judged by its criteria, and the warnings that a run of this machine would report.
 
-    `own` are the criteria of files that are not packaged.
+    `own` contains the criteria from files that are not packaged.
     """
 
     machine: MachineFile
@@ -141,17 +141,17 @@ class Assessment:
 
     @property
     def failures(self) -> list[tuple[Finding, str]]:
-        """The worst case of each failed criterion, and its sentence."""
+        """The worst case of each failed criterion, and the sentence that describes this case."""
         return failures(self.findings)
 
     @property
     def unanswered(self) -> dict[str, str]:
-        """Parts that failed, with reasons."""
+        """The parts that failed, and the reason for each."""
         return {part.key: part.reason for part in self.parts if part.reason}
 
     @property
     def undecided(self) -> dict[str, str]:
-        """Criteria that did not fail and that a case or a missing quantity leaves unanswered, with reasons."""
+        """The unanswered criteria, none of whose cases failed, and the reason for each."""
         unanswered = [item for item in self.findings if item.verdict is Judgement.UNANSWERED]
         verdicts = by_criterion(self.findings)
         return self.unmeasured | {
@@ -162,7 +162,7 @@ class Assessment:
 
     @property
     def unevaluated(self) -> dict[str, str]:
-        """Criteria without a verdict, with reasons: a formula without value, an unstable loop, or no quantity."""
+        """Criteria without a verdict, and the reason for each: a formula, an unstable loop, or a missing quantity."""
         return self.unmeasured | {
             finding.criterion.key: finding.reason
             for finding in self.findings
@@ -171,9 +171,10 @@ class Assessment:
 
     @property
     def unmeasured(self) -> dict[str, str]:
-        """Own criteria on quantities that no part computes, with reasons; a standard's criteria then do not apply.
+        """The user's own criteria on quantities that no part computes, and the reason for each.
 
-        Empty if only some parts were chosen, because another part may compute the quantity.
+        A standard's criterion on such a quantity does not apply, so it is not listed. The result is empty if only some
+        parts were chosen, because another part may compute the quantity.
         """
         if not self.own or not self._is_whole:
             return {}
@@ -186,13 +187,13 @@ class Assessment:
 
     @property
     def instability(self) -> str:
-        """The pole of the least stable loop, if any loop of the machine is unstable; otherwise empty."""
+        """Description of the pole of the least stable loop, if any loop of the machine is unstable; otherwise empty."""
         radii = [finding.measured for finding in self.findings if finding.measured.quantity == "spectral_radius"]
         worst = max(radii, key=lambda radius: radius.value, default=None)
         return worst.where if worst is not None and worst.value > 1.0 else ""
 
     def counts(self) -> Counter[Judgement]:
-        """Return the number of verdicts of each kind; a failed part counts as one."""
+        """Return the number of verdicts of each kind; a failed part counts as one unanswered verdict."""
         counts = Counter(finding.verdict for finding in self.findings)
         counts[Judgement.UNANSWERED] += len(self.unanswered)
         return counts
@@ -219,26 +220,27 @@ def assess(
     flavour: Flavour = "native",
     progress: ProgressCallback | None = None,
 ) -> Assessment:
-    """Return verdicts on a machine: modes, stability, unbalance response, margins, envelope, sensitivity, robustness.
+    """Return verdicts on the modes, stability, unbalance response, margins, envelope and robustness of a machine.
 
     Parameters
     ----------
     machine
         A machine file, the name of a packaged machine, or the result of `load_machine`.
     only
-        Names of parts; all by default.
+        Names of the parts to compute; all by default.
     criteria
-        Files of criteria, in place of those of the machine file or the package.
+        Criteria files that replace those of the machine file or the package.
     flavour
         Flavour of the FMUs.
     progress
-        Called with the title of the current part, the number of finished parts, and their total.
+        Function that is called with the title of the current part, the number of finished parts, and the number of all
+        parts.
 
     Raises
     ------
     ValueError
-        If the machine file, a file of criteria or a name is wrong. A failed part raises no exception but is reported
-        with a reason.
+        If the machine file, a criteria file or the name of a part is invalid. A failed part raises no exception; it is
+        reported with a reason.
 
     Examples
     --------
@@ -272,14 +274,14 @@ def chosen_parts(file: MachineFile, only: Sequence[str] = ()) -> list[str]:
 
 
 def check_machine(file: MachineFile, flavour: Flavour = "native") -> AssessedMachine:
-    """Return the machine of a file, after checking everything that all parts need.
+    """Return the machine that a file describes, after checking everything that all parts need.
 
     Raises
     ------
     ValueError
-        If its components do not match, it begins with a fault, it has fewer than two magnetic bearings under a
-        controller, a stage or the thrust bearing is not at a part of the rotor, the thrust bearing's controller is
-        wrong, or it is tilted without gravity.
+        If the machine's components do not match, it begins with a fault, it has fewer than two magnetic bearings under
+        a controller, or it is tilted without gravity. The error is also raised if a stage or the thrust bearing is not
+        at a part of the rotor, or if the thrust bearing's controller is wrong.
     """
     if file.shaft_tilt and not file.axial_gravity:
         raise ValueError(

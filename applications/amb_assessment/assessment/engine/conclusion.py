@@ -1,4 +1,4 @@
-"""The answer to an assessment: the number of failed criteria, and a sentence with value and limit for each."""
+"""Conclusion of an assessment: the number of failed criteria, and a sentence on each with its value and limit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ WORST_FIRST = (Judgement.FAILED, Judgement.UNANSWERED, Judgement.MET)
 
 
 def by_criterion(findings: Sequence[Finding]) -> dict[str, Judgement]:
-    """Return the verdict on each judged criterion: the worst of its cases, failed before unanswered before met."""
+    """Return the worst verdict on each judged criterion; failed is worse than unanswered, which is worse than met."""
     verdicts: dict[str, list[Judgement]] = {}
     for finding in findings:
         if finding.criterion is not None and finding.verdict is not Judgement.NOT_JUDGED:
@@ -34,7 +34,7 @@ def conclusion_of(
     failed_parts
         Parts that were not computed, with reasons.
     parts
-        The assessed parts, if these are not all.
+        The assessed parts, if only some parts were assessed.
     unmeasured
         Keys of criteria that are unanswered because their quantity was not measured.
     """
@@ -56,7 +56,7 @@ def conclusion_of(
 
 
 def failures(findings: Sequence[Finding]) -> list[tuple[Finding, str]]:
-    """Return the worst case of each failed criterion, in the order of the findings, and its sentence."""
+    """Return the worst case of each failed criterion and the sentence that describes it, in order of the findings."""
     cases: dict[str, list[Finding]] = {}
     for finding in findings:
         if finding.criterion is not None and finding.verdict is Judgement.FAILED:

@@ -54,7 +54,7 @@ class Finding:
 
     @property
     def excess(self) -> float:
-        """Distance of the value beyond the limit, in their common unit; negative within the limit."""
+        """Distance by which the value is beyond the limit, in the unit of both; negative if it is within the limit."""
         if self.criterion is None or self.limit is None:
             return -math.inf
         return (self.measured.value - self.limit) * (1.0 if self.criterion.relation == "below" else -1.0)
@@ -71,7 +71,7 @@ class Finding:
 
     @property
     def limit_text(self) -> str:
-        """The limit with relation and unit, or the accepted zones."""
+        """The limit with its relation and unit, or the last accepted zone with its limit."""
         if self.criterion is None or self.limit is None:
             return "–"
         number = _with_unit(self.limit, self.criterion.unit)
@@ -81,12 +81,12 @@ class Finding:
 
     @property
     def value_text(self) -> str:
-        """The value with unit and zone."""
+        """The value with its unit and, if the criterion has zones, its zone."""
         return f"{self._number_with_unit}, zone {self.zone}" if self.zone else self._number_with_unit
 
     @property
     def _number_with_unit(self) -> str:
-        """The value with its unit, with enough digits to distinguish it from a limit that it fails."""
+        """The value with its unit; a failed value has enough digits to differ from its limit."""
         value, unit, limit = self.measured.value, self.measured.unit, self.limit
         if self.measured.shown:
             return self.measured.shown
@@ -107,7 +107,7 @@ def _joined(number: str, unit: str) -> str:
 
 
 def _grouped(value: float) -> str:
-    """Return a number as text, with thousands separators from 10,000 on."""
+    """Return a number as text; numbers of 10,000 or more have thousands separators."""
     return f"{value:,.0f}" if abs(value) >= 1e4 else number_text(value)
 
 
@@ -117,7 +117,7 @@ def judge(
     machine: Mapping[str, float],
     unstable: Callable[[], str] = str,
 ) -> list[Finding]:
-    """Return the verdicts on quantities, criterion by criterion, and then the quantities without a criterion.
+    """Return the verdicts on quantities in the order of the criteria, followed by the quantities without a criterion.
 
     Parameters
     ----------
@@ -126,9 +126,9 @@ def judge(
     criteria
         Criteria.
     machine
-        Variables of the machine for formulas.
+        Variables of the machine that formulas may use.
     unstable
-        Returns the reason why the machine does not levitate, or "" if it does; called only if a quantity has
+        Function that returns why the machine does not levitate, or "" if it does. It is called only if a quantity has
         `needs_stable_loop`.
     """
     result: list[Finding] = []

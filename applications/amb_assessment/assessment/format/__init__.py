@@ -1,1 +1,1 @@
-"""What is the machine, and what must it meet? Machine files, criteria files, and the quantities in both."""
+"""What is the machine, and which criteria must it meet? Machine files, criteria files, and the quantities judged."""

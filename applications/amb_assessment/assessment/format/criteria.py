@@ -1,4 +1,4 @@
-"""Criteria as data: requirements of a standard or a user on a quantity, with their source and its reliability."""
+"""Criteria as data: requirements of standards or users on quantities, with their sources and reliability."""
 
 from __future__ import annotations
 
@@ -33,28 +33,31 @@ class Criterion(Table):
     """A requirement on a quantity.
 
     key, clause, what
-        Name; clause of the standard; the requirement in the project's words.
+        Name of the criterion; clause of the standard; the requirement in the project's own words.
     quantity, unit
-        Judged quantity, one of `QUANTITIES`, and the unit of its limits, which must be that of the quantity.
+        The judged quantity, which is one of `QUANTITIES`, and the unit of the limits, which must equal the quantity's
+        unit.
     relation
         `below` or `above`: the side of the limit on which the quantity must be.
     limit
-        Formula of the limit, in variables of the machine and the quantity.
+        Formula for the limit, in terms of variables of the machine and of the quantity.
     zones, accepted
-        In place of a limit: upper limits of zones by name, ascending, and the last accepted zone. Values above all of
-        them are in the zone `beyond`.
+        These replace a limit: the upper limits of the zones by name, in ascending order, and the last accepted zone.
+        Values above all limits are in the zone `beyond`.
     beyond
         Name of the zone above all others.
     when
-        Formula that is true in the cases to which the criterion applies; by default it applies to all.
+        Formula that is true in the cases to which the criterion applies; by default, the criterion applies to all
+        cases.
     source, known
-        Source of the number, and its reliability. A criterion without a source is `missing`: it has no limit, and the
-        quantity is reported without a verdict.
+        Source of the limit, and how reliable the source is. If no source is known, `known` is `missing` and the
+        criterion has no limit, so the quantity is reported without a verdict.
     failure
-        Sentence if it fails, in which `{value}`, `{limit}`, `{where}`, `{zone}` and the variables of formulas stand for
-        texts; by default `what`, value, limit and place.
+        Sentence that is shown if the criterion fails. In it, `{value}`, `{limit}`, `{where}`, `{zone}` and variables of
+        formulas in braces are replaced by texts. By default, the sentence contains `what`, the value, the limit and the
+        place.
     advice
-        Advice if it fails.
+        Advice that is shown if the criterion fails.
     """
 
     key: Annotated[str, Field(pattern=r"^[a-z0-9_]+$"), Allowed("a name of lower-case letters, digits and underscores")]
@@ -112,17 +115,17 @@ class Criterion(Table):
         return not self.when or bool(evaluate(self.when, facts))
 
     def limit_of(self, facts: Mapping[str, float]) -> float:
-        """Return the limit, in its unit, in a case with these variables."""
+        """Return the limit in a case with these variables, in the criterion's unit."""
         return self.zones[self.accepted] if self.zones else evaluate(self.limit, facts)
 
     def zone_of(self, value: float) -> str:
-        """Return the zone of a value; empty without zones."""
+        """Return the zone of a value, or an empty text if the criterion has no zones."""
         if not self.zones:
             return ""
         return next((name for name, upper in self.zones.items() if value < upper), self.beyond)
 
     def is_met(self, value: float, facts: Mapping[str, float]) -> bool:
-        """Return whether a value meets the criterion; a value at the limit does, unless the limit belongs to a zone."""
+        """Return whether a value meets the criterion; a value at the limit does, unless it is the limit of a zone."""
         limit = self.limit_of(facts)
         if self.zones:
             return value < limit
@@ -145,13 +148,13 @@ class CriteriaFile(Table):
 
 
 def check_criteria(criteria: Sequence[Criterion], facts: Mapping[str, float]) -> None:
-    """Check quantities, units and names in formulas; evaluate formulas that depend only on the machine's variables.
+    """Check quantities, units and names in formulas, and evaluate formulas that use only the machine's variables.
 
     Raises
     ------
     ValueError
-        If there is no such quantity or variable, the unit differs from that of the quantity, or a formula has no value;
-        the message names the criterion.
+        If a criterion names an unknown quantity or variable, its unit differs from the quantity's unit, or a formula
+        has no value. The message names the criterion.
     """
     for criterion in criteria:
         if criterion.quantity not in QUANTITIES:
@@ -178,7 +181,7 @@ def check_criteria(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
 
 
 def packaged_criteria() -> PackFiles:
-    """Return the files of criteria of this package and of packs, by name."""
+    """Return the criteria files of this package and of all packs, by name."""
     return files_of("criteria", amb_cosim=Path(__file__).parents[1])
 
 
@@ -188,24 +191,24 @@ def unread(criteria: Sequence[Criterion]) -> int:
 
 
 def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
-    """Return all criteria of files; see `criteria_by_file`."""
+    """Return all criteria in the given files; see `criteria_by_file`."""
     return tuple(item for criteria in criteria_by_file(sources).values() for item in criteria)
 
 
 def own_criteria(by_file: Mapping[str | Path, Sequence[Criterion]]) -> tuple[Criterion, ...]:
-    """Return the criteria of those files that are in no package or pack."""
+    """Return the criteria from files that belong neither to this package nor to a pack."""
     packaged = packaged_criteria()
     return tuple(item for source, criteria in by_file.items() if str(source) not in packaged for item in criteria)
 
 
 def criteria_by_file(sources: Sequence[str | Path] = ()) -> dict[str | Path, list[Criterion]]:
-    """Return the criteria of each file, by its name or path; by default those of the package and of packs.
+    """Return the criteria of each file, by the file's name or path; by default, of all packaged files.
 
     Raises
     ------
     ValueError
-        If there is no such file, or it is invalid; the message has a line for each mistake. It is also raised if
-        criteria of packs are loaded and two packs have a file of the same name.
+        If a file does not exist or is invalid; the message has a line for each mistake. The error is also raised if all
+        packaged files are read and two packs have a criteria file of the same name.
     """
     packaged = packaged_criteria()
     if not sources and (clashes := packaged.clashes()):

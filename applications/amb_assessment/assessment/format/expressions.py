@@ -1,7 +1,7 @@
 """Formulas of criteria: numbers, names, + - * / **, comparisons, `and`, `or`, `not`, min, max, sqrt, abs, log10.
 
-The package simpleeval would save no code, because it accepts NaN, chained comparisons and a second expression; asteval
-also evaluates attributes and texts.
+The package simpleeval would save no code, because it accepts NaN, chained comparisons and a second expression, all of
+which must be rejected here. The package asteval also evaluates attributes and texts.
 """
 
 from __future__ import annotations
@@ -45,26 +45,26 @@ def names_in(formula: str) -> set[str]:
     Raises
     ------
     ValueError
-        If it is not a formula.
+        If the text is not a formula.
     """
     return {node.id for node in ast.walk(_parsed(formula)) if isinstance(node, ast.Name)} - {*FUNCTIONS}
 
 
 def evaluate(formula: str, values: Mapping[str, float]) -> float:
-    """Return the value of a formula; a comparison is 1 or 0.
+    """Return the value of a formula; a comparison has the value 1 or 0.
 
     Parameters
     ----------
     formula
-        Such as `min(25.4, 25.4 * sqrt(12000 / N_mc))`.
+        A formula, such as `min(25.4, 25.4 * sqrt(12000 / N_mc))`.
     values
-        Quantities by name.
+        Values of the quantities, by name.
 
 
     Raises
     ------
     ValueError
-        If it is not a formula, has an unknown name, or has no finite value.
+        If the text is not a formula, contains an unknown name, or has no finite value.
     """
     try:
         value = _value(_parsed(formula).body, values)

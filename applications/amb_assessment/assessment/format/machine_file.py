@@ -1,7 +1,7 @@
-"""The format of a machine file, which names a machine's parts, speeds and loads, and its reader.
+"""Format and reader of machine files, which describe the parts, speeds and loads of a machine.
 
-A machine file refers to other files: a rotor file with bearings, retainers, sensors and seals, a controller file,
-parameters of components as in a scenario, or a scenario that defines the machine.
+A machine file refers to a rotor file, which contains bearings, retainers, sensors and seals, and to a controller file.
+It sets parameters of components as a scenario does. Alternatively, it names a scenario that defines the machine.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ SPEED_KEYS = ("minimum", "maximum", "trip", "up_to", "speed", "corner", "bandwid
 
 
 class Speeds(Table):
-    """Speeds of the machine: smallest and largest in operation, and trip speed (default: 1.05 times the largest).
+    """Speeds of the machine: smallest and largest operating speed, and trip speed (default: 1.05 times the largest).
 
     `run_up` and `run_down` are the times between standstill and the largest speed, at constant acceleration.
     """
@@ -98,7 +98,7 @@ class Speeds(Table):
 
 
 class Balancing(Table):
-    """Balancing grade, e Omega at the largest speed (ISO 21940-11): 2.5 mm/s by default, which is "G 2.5"."""
+    """Balancing grade, which is e Omega at the largest speed (ISO 21940-11); the default is 2.5 mm/s, or "G 2.5"."""
 
     grade: Value = "2.5 mm/s"
 
@@ -117,16 +117,18 @@ class Balancing(Table):
 
 
 class CompressorStage(Table):
-    """A stage that drives whirl: the rotor part `at` which it acts, and either its data or its coupling.
+    """A stage that drives whirl, described by the rotor part `at` which it acts and by either its data or its coupling.
 
     kind, power, diameter, width, density_ratio
-        Centrifugal or axial; power; diameter of the impeller, or pitch diameter of the blades; smallest width of
-        diffuser or impeller, or height of the blades; ratio of discharge to suction density of a centrifugal stage.
+        Kind (centrifugal or axial); power; diameter of the impeller, or pitch diameter of the blades; smallest width of
+        the diffuser or impeller, or height of the blades; discharge density over suction density (only for a
+        centrifugal stage).
     cross_coupling
-        Anticipated cross-coupled stiffness, instead of these data.
+        Anticipated cross-coupled stiffness, which replaces the data above.
     real
-        Result of a more accurate calculation, for level II: cross-coupled stiffness, or stiffness, damping and mass
-        over speed, as for a seal in a rotor file; by default the anticipated coupling.
+        Result of a more accurate calculation, which is used for level II. It is either a cross-coupled stiffness, or a
+        table of stiffness, damping and mass over speed, as for a seal in a rotor file. By default, the anticipated
+        coupling is used.
     """
 
     at: str
@@ -149,8 +151,9 @@ class CompressorStage(Table):
     def anticipated(self, Omega: float) -> float:
         """Return the anticipated cross-coupled stiffness (N/m) at a speed (rad/s).
 
-        Q_a = P B C (rho_d/rho_s)/(D H N), B = 3 and C = 9.55 for P in W, D and H in m, N in 1/min; axial: B = 1.5
-        without the densities (API 617, cited from ROSS's report of 2020).
+        For a centrifugal stage, Q_a = P B C (rho_d/rho_s)/(D H N) with B = 3 and C = 9.55, for P in W, D and H in m,
+        and N in 1/min. For an axial stage, B is 1.5 and the densities are omitted. The formula is from API 617, as
+        cited in ROSS's report of 2020.
         """
         if self.cross_coupling is not None:
             name = f"cross_coupling of stage at {self.at}"
@@ -170,7 +173,7 @@ class CompressorStage(Table):
         return P * B * 9.55 / (D * H * Omega * RPM)
 
     def level_two(self, Omega: float) -> float:
-        """Return the cross-coupled stiffness (N/m) for level II, (K_xy - K_yx)/2 of the `coefficients`."""
+        """Return the cross-coupled stiffness (N/m) for level II, or (K_xy - K_yx)/2 of the `coefficients`, if any."""
         result = self.coefficients()
         if result is not None:
             K = result.at(Omega)[0]
@@ -180,7 +183,7 @@ class CompressorStage(Table):
         return quantity(self.real, "N/m", f"real of stage at {self.at}")
 
     def coefficients(self) -> Bearing | None:
-        """Return the coefficients for level II over speed, if any."""
+        """Return the level II coefficients as functions of speed, or None if the file does not state them."""
         if not isinstance(self.real, tuple) or not self.real:
             return None
         if len(self.real) == 1:
@@ -190,7 +193,7 @@ class CompressorStage(Table):
 
 
 class Tolerances(Table):
-    """Tolerances of constants relative to their nominal values."""
+    """Tolerances of constants, as fractions of their nominal values."""
 
     k_i: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.1
     k_s: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.15
@@ -204,21 +207,23 @@ class MachineFile(Table):
     name, description, source
         Name, one-line description, and source of the data.
     scenario
-        Name or file of a scenario that defines the machine; fields of this file replace those of the scenario.
+        Name or file of a scenario that defines the machine. Fields of the machine file replace those of the scenario.
     rotor, controller
-        Rotor file; controller of blocks or arrays, or an FMU. By default the PID of `rolac_controller`.
+        Rotor file, and controller: a file with blocks or arrays, or an FMU. The default controller is the PID of
+        `rolac_controller`.
     system, gravity, gravity_angle, tilt, communication_step, fmu, parameters
-        As in a scenario: `parameters.amb_actuator` are magnets and amplifiers, `parameters.rotor_contact` retainers.
+        As in a scenario. `parameters.amb_actuator` describes magnets and amplifiers, and `parameters.rotor_contact`
+        describes retainers.
     speed, balancing, stages
-        Operating speeds, balancing grade, stages that drive whirl.
+        Operating speeds, balancing grade, and stages that drive whirl.
     retainer_bearings
-        Ball bearings of retainers, for the loads on their balls in a landing.
+        Ball bearings of the retainers, which are needed to compute the loads on their balls during a landing.
     thrust_bearing
         Axial magnetic bearing.
     up_to
         Frequency up to which the damping of modes is judged; by default twice the trip speed.
     tolerances
-        Tolerances for the worst case of the margins.
+        Tolerances of constants, within which the worst margins are found.
     criteria
         Files of criteria; by default those of the package.
     """
@@ -272,17 +277,17 @@ class MachineFile(Table):
 
     @property
     def axial_gravity(self) -> float:
-        """Gravity along z (m/s^2), -g sin(tilt)."""
+        """Component of gravity along z (m/s^2), which is -g sin(tilt)."""
         raw = self._scenario_data().get("gravity")
         return 0.0 if raw is None else 0.0 - quantity(raw, "m/s2", "gravity") * math.sin(self.shaft_tilt)
 
     @property
     def has_synchronous_control(self) -> bool:
-        """Whether its scenario starts with synchronous control (ROLAC), which an assessment switches off."""
+        """Whether the machine's scenario starts with synchronous control (ROLAC), which an assessment switches off."""
         return bool(self._scenario_data().get("inputs", {}).get(CONTROLLER, {}).get("rolac_enable"))
 
     def as_scenario(self, Omega: float, **fields: Any) -> Scenario:
-        """Return a scenario of the machine at a speed (rad/s): one second without settling, unless `fields` differ."""
+        """Return a scenario at a speed (rad/s) that, unless `fields` differ, lasts one second and does not settle."""
         data = self._scenario_data()
         if self.controller is not None:
             data = overlaid(data, {"fmu": {CONTROLLER: self.controller}})
@@ -293,14 +298,14 @@ class MachineFile(Table):
 
     @cached_property
     def _iron(self) -> dict[str, Value]:
-        """The parameter of the actuator for eddy currents in the thrust bearing, if the rotor moves along its shaft."""
+        """The actuator's parameter for eddy currents in the thrust bearing, if the rotor moves along its shaft."""
         bearing, rotor = self.thrust_bearing, self._scenario_data().get("rotor")
         corner = None if bearing is None else bearing.corner
         thrust = "" if corner is None or rotor is None else load_rotor(rotor).thrust
         return {f"{thrust}.eddy_current_corner": f"{corner!r} rad/s"} if thrust and corner else {}
 
     def _scenario_data(self) -> dict[str, Any]:
-        """Return the data of the scenario, overridden by the data of the file."""
+        """Return the data of the scenario, in which values of the machine file replace those of the scenario."""
         base = read_scenario(self.scenario) if self.scenario else {}
         data = {key: base[key] for key in OF_SCENARIO if key in base}
         of_file = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, include={*OF_MACHINE})
@@ -321,12 +326,12 @@ def packaged_machines() -> Mapping[str, Path]:
 
 
 def load_machine(source: str | Path) -> MachineFile:
-    """Read a machine, by the name of a packaged machine or from a file. Paths in a file are relative to it.
+    """Read a machine from a file or by the name of a packaged machine. Paths in a file are relative to that file.
 
     Raises
     ------
     ValueError
-        If there is no such machine, or it is invalid; the message has a line for each mistake.
+        If the machine does not exist or is invalid; the message has a line for each mistake.
     """
     packaged = packaged_machines()
     path = packaged.get(str(source), Path(source))

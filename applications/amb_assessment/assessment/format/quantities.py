@@ -11,9 +11,9 @@ from amb_cosim.presentation.units import column_in_chosen_units
 
 
 class Declaration(NamedTuple):
-    """A quantity: its unit, its variables for formulas besides those of the machine, and its title on the page.
+    """A quantity: its unit, the variables that it adds to those of the machine in formulas, and its title on the page.
 
-    Without a title, the page shows its name with spaces.
+    Without a title, the page shows the quantity's name, with spaces instead of underscores.
     """
 
     unit: str
@@ -23,16 +23,16 @@ class Declaration(NamedTuple):
 
 _DECLARED: dict[str, Declaration] = {}
 QUANTITIES: Mapping[str, Declaration] = _DECLARED
-"""All quantities, by name; complete when the analyses are imported, as `engine` does."""
+"""All quantities, by name. The mapping is complete once the analyses are imported, which `engine` does."""
 
 
 def declare(name: str, unit: str, variables: tuple[str, ...] = (), title: str = "") -> None:
-    """Declare a quantity, in the module that computes it.
+    """Declare a quantity; call this function in the module that computes it.
 
     Raises
     ------
     ValueError
-        If there is another quantity of this name.
+        If another quantity of this name is declared already.
     """
     if name in QUANTITIES:
         raise ValueError(f"the quantity {name} is declared twice")
@@ -44,21 +44,21 @@ class Quantity:
     """A quantity of the machine.
 
     quantity, where
-        Name in criteria, and place, axis, mode or speed.
+        Name that criteria use, and the place, axis, mode or speed to which the value belongs.
     value, unit
         Number and unit.
     facts
-        Variables of this quantity for formulas of criteria.
+        Variables of this quantity that formulas of criteria may use.
     note
         Note for the reader.
     may_worsen_because
-        Reason why the value may become worse, so a criterion can fail but not be met; otherwise empty.
+        Reason why the value may become worse, so that a criterion can fail but cannot be met; otherwise empty.
     chaotic
-        Reason why the value depends on chance, so a criterion can neither be met nor fail; otherwise empty.
+        Reason why the value depends on chance, so that a criterion can neither be met nor fail; otherwise empty.
     needs_stable_loop
-        Whether it describes a levitated rotor: if the loop is unstable, its criteria are unanswered.
+        Whether the value describes a levitated rotor, so that its criteria are unanswered if the loop is unstable.
     shown
-        Text shown instead of a placeholder value, as without a stable loop; otherwise empty.
+        Text that is shown instead of a placeholder value, for example if the loop is unstable; otherwise empty.
     """
 
     quantity: str
@@ -80,7 +80,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class ResultTable:
-    """A table of an analysis: title, heads, and rows of texts."""
+    """A table of an analysis: title, column heads, and rows of texts."""
 
     title: str
     heads: tuple[str, ...]

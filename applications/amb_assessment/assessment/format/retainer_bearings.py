@@ -1,4 +1,4 @@
-"""Ball bearings of retainers in a machine file, and the loads of their balls during a landing."""
+"""The retainers' ball bearings in a machine file, and the loads on their balls during a landing."""
 
 from __future__ import annotations
 
@@ -43,22 +43,24 @@ DATA_HEADS = (
 
 
 class RetainerBearing(Table):
-    """The ball bearing of a retainer, by its catalogue data.
+    """The ball bearing of a retainer, described by its catalogue data.
 
     at
         Contact site of the rotor.
     balls, ball_diameter, bore, outside
-        Number of balls of a row, their diameter, bore and outside diameter of the bearing.
+        Number of balls in a row; diameter of a ball; bore and outside diameter of the bearing.
     rows, contact_angle, preload
-        1 for a deep-groove bearing; 2 for a pair, which may have a contact angle and an axial preload.
+        Number of rows, which is 1 for a deep-groove bearing and 2 for a pair. A pair may have a contact angle and an
+        axial preload.
     clearance
-        Diametral internal clearance as mounted, without contact angle; negative for an interference.
+        Diametral internal clearance of the mounted bearing, for a bearing without contact angle; negative for an
+        interference.
     conformity
-        Radii of the inner and outer groove over the ball's diameter.
+        Radius of the inner groove and of the outer groove, each divided by the ball diameter.
     ball
         Material of the balls: steel or silicon_nitride.
     static_rating
-        C_0 of the catalogue; by default the load at the pressure of ISO 76.
+        Static rating C_0 from the catalogue; by default, the load that causes the pressure of ISO 76.
     """
 
     at: str
@@ -113,13 +115,13 @@ class RetainerBearing(Table):
         return self._value("static_rating", "N")
 
     def pressure(self, force: float, axial: float = 0.0) -> float:
-        """Return the largest Hertz pressure of a ball (MPa) under a radial and an axial force (N)."""
+        """Return the largest Hertz pressure on a ball (MPa) under a radial and an axial force (N)."""
         return 1e-6 * self.bearing.pressure(self.bearing.largest_load(force, axial))
 
     def equivalent_load(self, force: float, axial: float = 0.0) -> float:
-        """Return the radial force (N) that alone loads the most loaded ball equally, in a bearing without clearance.
+        """Return the purely radial force (N) that loads the most loaded ball equally, in a bearing without clearance.
 
-        This is the equivalent static load of ISO 76, by its definition.
+        By definition, this is the equivalent static load of ISO 76.
         """
         if axial == 0.0:
             return force
@@ -127,7 +129,7 @@ class RetainerBearing(Table):
         return self.rows * self.balls * of_ball / STRIBECK
 
     def under_load(self, force: float, axial: float = 0.0) -> tuple[str, ...]:
-        """Return texts of a row of `LOAD_HEADS` and `AXIAL_HEADS` for a radial and an axial force (N)."""
+        """Return the table row under `LOAD_HEADS` and `AXIAL_HEADS`, for a radial and an axial force (N)."""
         bearing, equivalent = self.bearing, self.equivalent_load(force, axial)
         safety = f"{self.rating / equivalent:.3g}" if equivalent > 0.0 else ""
         numbers = (f"{force:.4g}", f"{bearing.largest_load(force, axial):.4g}", f"{self.pressure(force, axial):.0f}")
@@ -135,7 +137,7 @@ class RetainerBearing(Table):
         return (self.at, *numbers, safety, displaced, f"{axial:.4g}", self._angle(force, axial))
 
     def standing(self, axial: float, Omega: float) -> tuple[str, ...]:
-        """Return texts of a row of `STANDING_HEADS` for an axial force (N) and the largest speed (rad/s)."""
+        """Return the table row under `STANDING_HEADS`, for an axial force (N) and the largest speed (rad/s)."""
         life, largest = self.bearing.life(0.0, axial), self.bearing.largest_load(0.0, axial)
         loads = (f"{axial:.4g}", f"{largest:.4g}", self._angle(0.0, axial), f"{self.pressure(0.0, axial):.0f}")
         return (self.at, *loads, f"{1e-6 * life:.3g}", f"{life * 2.0 * math.pi / Omega / 3600.0:.3g}")
@@ -144,7 +146,7 @@ class RetainerBearing(Table):
         return f"{math.degrees(self.bearing.largest_contact_angle(force, axial)):.1f}"
 
     def data(self, weight: float) -> tuple[str, ...]:
-        """Return texts of a row of `DATA_HEADS`, with the stiffness under a radial force `weight` (N) if it acts."""
+        """Return the table row under `DATA_HEADS`, for a radial force `weight` (N), which may be 0."""
         bearing, rating = self.bearing, self.rating
         more, less = (bearing.displacement_under(share * weight) for share in (1.01, 0.99))
         stiffness = f"{1e-6 * 0.02 * weight / (more - less):.4g}" if weight > 0.0 else "-"
@@ -153,7 +155,7 @@ class RetainerBearing(Table):
         return (self.at, f"{self.rows} x {self.balls}", *ratings, stiffness, *displacements)
 
     def curve(self, most: float) -> Curve:
-        """Return the radial displacement (um) over the force (N) up to `most`."""
+        """Return the radial displacement (um) as a function of the radial force (N), up to the force `most`."""
         bearing, forces = self.bearing, np.linspace(0.0, most, 60)
         return curve(self.at, forces, np.array([1e6 * bearing.displacement_under(force) for force in forces]))
 
@@ -170,7 +172,7 @@ def check_sites(bearings: Iterable[RetainerBearing], sites: Iterable[str]) -> No
 
 
 def load_panels(loaded: Sequence[tuple[RetainerBearing, float, float]]) -> tuple[Panel, ...]:
-    """Return a plot of displacement over force of bearings, up to their ratings or the forces on them (N)."""
+    """Return a plot of the bearings' displacement over force (N), up to the largest of their ratings and forces."""
     if not loaded:
         return ()
     most = max(max(force, item.rating) for item, force, _ in loaded)
@@ -179,7 +181,7 @@ def load_panels(loaded: Sequence[tuple[RetainerBearing, float, float]]) -> tuple
 
 
 def load_tables(loaded: Sequence[tuple[RetainerBearing, float, float]]) -> tuple[ResultTable, ...]:
-    """Return the loads of balls under the radial and the axial forces on their bearings (N)."""
+    """Return a table of the ball loads under the radial and the axial forces on the bearings (N)."""
     rows = tuple(item.under_load(force, axial) for item, force, axial in loaded)
     heads = (*LOAD_HEADS, *AXIAL_HEADS) if any(axial for *_, axial in loaded) else LOAD_HEADS
     return (ResultTable(TITLE, heads, tuple(row[: len(heads)] for row in rows)),) if rows else ()

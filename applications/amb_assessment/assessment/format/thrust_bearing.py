@@ -32,13 +32,13 @@ DATA_HEADS = ("K_i (N/A)", "K_s (MN/m)", "capacity (N)", "carries (N)", "tilt (N
 
 
 class SolidCore(Table):
-    """Solid iron of core and disc, described by its material or by the measured corner frequency of the lag.
+    """Solid iron of the core and the disc, described by its material or by the measured corner frequency of its lag.
 
     conductivity, permeability, slot_depth, leakage
-        Conductivity, relative permeability, depth of the coil's slot, and flux in the iron over that between the
-        poles.
+        Conductivity, relative permeability, depth of the coil's slot, and ratio of the flux in the iron to the flux
+        between the poles.
     corner
-        Frequency at which eddy currents have the reluctance of the gap.
+        Frequency at which the reluctance of the eddy currents has the magnitude of the gap's reluctance.
     """
 
     conductivity: Value | None = None
@@ -75,22 +75,22 @@ class ThrustBearing(Table):
     """The axial magnetic bearing of a machine, with a disc between two magnets.
 
     at
-        Part of the rotor with the disc; its mass is in the rotor file.
+        Part of the rotor where the disc is; the rotor file includes the mass of the disc.
     controller
-        Controller file with one measured signal, the displacement along z, and one demand; by default the axis along
-        the shaft of the machine's controller.
+        Controller file with one measured signal, which is the displacement along z, and one demand. By default, the
+        axis along the shaft in the machine's controller is used.
     bandwidth
         Bandwidth of the amplifier.
     thrust
-        Force of the process on the rotor along z, or the smallest and the largest one.
+        Force of the process on the rotor along z, or the smallest and the largest such force.
     inner_radius, outer_radius
-        Inner edge of the inner pole, outer edge of the outer pole.
+        Radius of the inner edge of the inner pole, and radius of the outer edge of the outer pole.
     pole_area, gap, turns, bias_current, current_limit, saturation
         As for `ThrustDisc`.
     k_i, k_s, capacity
-        Constants of a data sheet and the largest static force, instead of the geometry.
+        Constants K_i and K_s of a data sheet, and the largest static force. They replace the geometry.
     iron
-        Solid iron of core and disc; by default they are laminated.
+        Solid iron of the core and the disc; by default, both are laminated.
     """
 
     at: str
@@ -153,12 +153,12 @@ class ThrustBearing(Table):
         return low, high
 
     def loads(self, weight: float) -> tuple[float, ...]:
-        """Return the static forces of the bearing on the rotor (N) that balance each thrust and the weight along z."""
+        """Return the static forces (N) of the bearing on the rotor that balance each thrust and the weight along z."""
         return tuple(dict.fromkeys(0.0 - (thrust + weight) for thrust in self.thrusts))
 
     @property
     def corner(self) -> float | None:
-        """Corner frequency of the lag of eddy currents (rad/s); None for laminated iron."""
+        """Corner frequency (rad/s) of the lag due to eddy currents; None for laminated iron."""
         if self.iron is None:
             return None
         if self.iron.corner is not None:
@@ -168,17 +168,18 @@ class ThrustBearing(Table):
 
     @property
     def is_corner_computed(self) -> bool:
-        """Whether the corner frequency follows from the iron's material."""
+        """Whether the corner frequency is computed from the iron's material."""
         return self.iron is not None and self.iron.corner is None
 
     @cached_property
     def control(self) -> AxialControl | None:
-        """The law of its own controller file, or None if it has no file.
+        """The control law from the bearing's own controller file, or None if it has no such file.
 
         Raises
         ------
         ValueError
-            If its file cannot be read, or it has more than one signal, demand or speed.
+            If the file cannot be read, or if the controller does not have exactly one signal, one demand and one law
+            for all speeds.
         """
         if self.controller is None:
             return None
@@ -207,35 +208,35 @@ class ThrustBearing(Table):
         point
             Operating point of the bearing under its static force.
         control
-            Control of the axis.
+            Control law of the axis, with its sample time and delay.
         factors
-            Factors on K_i and K_s (1).
+            Factors by which K_i and K_s are multiplied (1).
         """
         k_i, k_s = factors[0] * point.k_i, factors[1] * point.k_s
         plant = AxialPlant(mass, k_i, k_s, self.amplifier_bandwidth, self.corner)
         return AxialLoop(plant, *control)
 
     def moment_stiffness(self, load: float = 0.0) -> float:
-        """Return the moment per tilt of the disc (N m/rad) under a static force (N); positive is destabilising."""
+        """Return the moment per tilt of the disc (N m/rad) under a static force (N); a positive moment destabilises."""
         return moment_stiffness(self.bearing.operating_point(load).k_s, self.bearing.rings)
 
     def largest_moment_stiffness(self, weight: float) -> float:
-        """Return the largest `moment_stiffness` (N m/rad) under the static forces, up to the capacity.
+        """Return the largest `moment_stiffness` (N m/rad) under the static forces, which are limited to the capacity.
 
-        It includes the stiffness without load, which applies as long as no force acts.
+        The stiffness without load is considered as well, because it applies as long as no force acts.
         """
         capacity = self.bearing.capacity
         return max(self.moment_stiffness(min(abs(load), capacity)) for load in (0.0, *self.loads(weight)))
 
     def data(self, weight: float) -> tuple[str, ...]:
-        """Return texts of a row of `DATA_HEADS`, with a weight along z (N)."""
+        """Return the table row under `DATA_HEADS`, for a weight along z (N)."""
         rest, loads = self.bearing.operating_point(), self.loads(weight)
         corner = "laminated" if self.corner is None else f"{self.corner / (2.0 * math.pi):.4g}"
         constants = (f"{rest.k_i:.4g}", f"{1e-6 * rest.k_s:.4g}", f"{self.bearing.capacity:.4g}")
         return (*constants, _span(loads), self._tilt(weight), corner)
 
     def _tilt(self, weight: float) -> str:
-        """Return the tilt stiffness (N m/rad) without load and under the static force that enlarges it most."""
+        """Return the tilt stiffness (N m/rad) without load and under the worst static force, as text."""
         values = (f"{-self.moment_stiffness():.4g}", f"{-self.largest_moment_stiffness(weight):.4g}")
         return " to ".join(dict.fromkeys(values))
 

@@ -1,1 +1,1 @@
-"""How are the verdicts shown? The HTML page, its PDF, and the description by `--check`."""
+"""How are the verdicts shown? The HTML page, its PDF, and the description that `--check` prints."""

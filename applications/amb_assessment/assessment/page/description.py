@@ -42,7 +42,7 @@ LEAKAGE = 4.0  # factor between the inductances of file and gap, above which the
 
 
 def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list[TextBlock]:
-    """Return tables of bearings, sensors, retainers and stages of a machine, and lines on its speeds and criteria."""
+    """Return tables of a machine's bearings, sensors, retainers and stages, and lines about its speeds and criteria."""
     rotor, z, speed = subject.rotor, subject.z, subject.file.speed
     springs = {b.name: b.stiffness[0][0] for b in subject.passive_bearings if b.name not in subject.magnets}
     carried = carried_with_seals(rotor, springs, subject.Omega)
@@ -117,11 +117,11 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
 
 
 def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
-    """Return gap (mm), coil currents (A), forces (N), K_s (MN/m), K_i (N/A), and inductances (mH).
+    """Return the gap (mm), coil currents (A), forces (N), K_s (MN/m), K_i (N/A) and inductances (mH) of an axis.
 
-    Coil currents are given for upper and lower coils, and forces from the smallest to the largest. The first inductance
-    is from the file, the second from the gap, L = 2 mu_0 N^2 A/s_0 of a coil pair with N turns per pole, without
-    leakage and iron.
+    There are two coil currents (upper and lower coils), two forces (smallest and largest) and two inductances. The
+    first inductance is from the file. The second is computed from the gap: L = 2 mu_0 N^2 A/s_0 for a coil pair with N
+    turns per pole, without leakage and iron.
 
     Parameters
     ----------
@@ -137,9 +137,10 @@ def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
 
 
 def inductance_doubt(axis: str, value: float, gap_inductance: float) -> list[str]:
-    """Return a warning if an inductance (mH) differs from that of its gap (mH) by more than the factor `LEAKAGE`.
+    """Return a warning if an inductance (mH) and the one computed from the gap differ by more than a factor `LEAKAGE`.
 
-    Leakage and iron cause smaller differences. A missing unit or the data of another magnet cause larger differences.
+    Leakage and iron cause smaller differences. Larger differences are caused by a missing unit or by the data of
+    another magnet.
     """
     if gap_inductance / LEAKAGE <= value <= gap_inductance * LEAKAGE:
         return []
@@ -150,5 +151,5 @@ def inductance_doubt(axis: str, value: float, gap_inductance: float) -> list[str
 
 
 def _tensor(values: Array) -> str:
-    """Return a tensor as text, xx, xy; yx, yy."""
+    """Return a tensor as text, in the form `xx, xy; yx, yy`."""
     return "; ".join(", ".join(f"{number:.4g}" for number in row) for row in values)

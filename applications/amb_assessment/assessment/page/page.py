@@ -26,7 +26,7 @@ PAGE, DATA = "assessment.html", "assessment.json"
 
 
 def write_assessment(assessment: Assessment, folder: Path) -> Path:
-    """Write data and page into a folder, each atomically, and return the path of the page."""
+    """Write the data and the page into a folder, each atomically, and return the path of the page."""
     text, data = page(assessment), json.dumps(assessment.as_dict(), indent=1, allow_nan=False) + "\n"
     folder.mkdir(parents=True, exist_ok=True)
     write_file(plain_file(folder, DATA), data)
@@ -59,17 +59,17 @@ def page(assessment: Assessment) -> str:
 
 
 def _in_chosen_units(value: object) -> object:
-    """Return a text of the page with its numbers in the chosen units, and anything else unchanged."""
+    """Return a text with its numbers in the chosen units; any other value is returned unchanged."""
     return value if isinstance(value, Markup) or not isinstance(value, str) else convert_units_in_text(value)
 
 
 def _sentences(*texts: str) -> str:
-    """Join the texts that are not empty into sentences that begin with a capital letter."""
+    """Join the texts that are not empty into sentences, each of which begins with a capital letter."""
     return ". ".join(text[0].upper() + text[1:] for text in texts if text)
 
 
 def _with_code(text: str) -> Markup:
-    """Return a text as HTML in the chosen units, in which backticks mark code."""
+    """Return a text, in which backticks mark code, as HTML with numbers in the chosen units."""
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(convert_units_in_text(text)))))
 
 

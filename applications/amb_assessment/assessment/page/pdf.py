@@ -1,4 +1,4 @@
-"""The page as PDF, printed by a browser if available."""
+"""The page as PDF, which is printed by a browser, if one is available."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def browser() -> str | None:
 
 
 def print_page(page: Path) -> Path | None:
-    """Print a page as PDF next to it and return its path, or None without a browser or if printing fails."""
+    """Print a page to a PDF file next to it, and return the path of this file, or None if no browser can print it."""
     browser_path = browser()
     if browser_path is None:
         return None

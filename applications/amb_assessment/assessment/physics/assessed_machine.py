@@ -1,4 +1,4 @@
-"""The machine of a file under assessment: content of the file, and derived data for analyses."""
+"""A machine under assessment: the content of its machine file, and data derived from it for the analyses."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class AssessedMachine(Machine):
 
     @cached_property
     def facts(self) -> Mapping[str, float]:
-        """Variables for formulas of criteria: speeds (rpm), mass (kg), balancing grade (mm/s)."""
+        """Variables for formulas of criteria: speeds (rpm), mass (kg) and balancing grade (mm/s)."""
         speed = self.file.speed
         return {
             "N_min": speed.lowest * RPM,
@@ -54,7 +54,7 @@ class AssessedMachine(Machine):
 
     @cached_property
     def gravity_across(self) -> float:
-        """Gravity across the shaft (m/s^2)."""
+        """Component of gravity across the shaft (m/s^2)."""
         plant, thrust = self.parameters[PLANT], self.rotor.thrust
         return plant["gravity"] * (share_across(plant[f"{thrust}.tilt"]) if thrust else 1.0)
 
@@ -65,7 +65,7 @@ class AssessedMachine(Machine):
 
     @cached_property
     def controlled_axes(self) -> tuple[tuple[str, str], ...]:
-        """The axes of the loop; the axis along the shaft is included only with faces, which end a motion along it."""
+        """The axes of the loop, including the axis along the shaft only if faces stop the motion along it."""
         return self.loop.axes if self.rotor.faces else self.loop.lateral_axes
 
     @property
@@ -80,12 +80,13 @@ class AssessedMachine(Machine):
 
     @cached_property
     def axial_control(self) -> AxialControl:
-        """The control of the thrust bearing: its own file, or the axis along the shaft in the machine's controller.
+        """The control of the thrust bearing, from its own file or from the axial axis in the machine's controller.
 
         Raises
         ------
         ValueError
-            If the machine file has no thrust bearing, neither of the two controls it, or both control it and differ.
+            If the machine file has no thrust bearing, if neither of the two controls it, or if both control it but
+            differ.
         """
         if self.file.thrust_bearing is None:
             raise ValueError(f"machine {self.file.name} has no [thrust_bearing]")
@@ -107,7 +108,7 @@ class AssessedMachine(Machine):
 
     @cached_property
     def faults(self) -> tuple[str, ...]:
-        """Inputs that are described as a fault and are not 0 at the start."""
+        """Inputs that are described as faults and are not 0 at the start."""
         return self.faults_among(self.prepared.inputs)
 
     @cached_property
@@ -116,12 +117,12 @@ class AssessedMachine(Machine):
         return tuple(site.name for site in self.rotor.sites if site.bearing and site.name in self.sites)
 
     def faces_at(self, retainer: str) -> tuple[str, ...]:
-        """Return the faces whose force along the shaft a retainer carries."""
+        """Return the faces whose axial force the given retainer carries."""
         return tuple(face.name for face in self.rotor.faces if face.retainer == retainer)
 
     @property
     def stands_on(self) -> str:
-        """The retainer on which a rotor stands without power, at the nearest face that stops its fall; may be ""."""
+        """The retainer on which the unpowered rotor stands, at the nearest face that stops its fall; empty if none."""
         stopping = [face for face in self.rotor.faces if self.file.axial_gravity and face.stops == self.fall]
         return min(stopping, key=lambda face: face.clearance).retainer or "" if stopping else ""
 
@@ -132,7 +133,7 @@ class AssessedMachine(Machine):
 
     @cached_property
     def thrust_tilt(self) -> tuple[Bearing, ...]:
-        """The negative tilt stiffness of the thrust disc under power, at the static force that enlarges it most."""
+        """The negative tilt stiffness of the energised thrust disc, at the static force that makes it most negative."""
         thrust = self.file.thrust_bearing
         if thrust is None:
             return ()
@@ -143,17 +144,17 @@ class AssessedMachine(Machine):
 
     @cached_property
     def stops(self) -> tuple[str, ...]:
-        """Places that end the motion at bearings: retainers, and air gaps; all places of a rotor without retainers."""
+        """Places that stop the motion at bearings: retainers and air gaps, or all places if there are no retainers."""
         gaps = (air_gap(bearing) for bearing in self.air_gaps)
         return (*self.retainers, *gaps) if self.retainers else tuple(self.clearances)
 
     def nearest(self, shares: Mapping[str, float]) -> list[str]:
-        """Return the judged places: the air gap of a magnet if its share is the largest, otherwise its retainers.
+        """Return the places to judge: a magnet's air gap if its share is the largest, otherwise the magnet's retainers.
 
         Parameters
         ----------
         shares
-            Displacement over the clearance by place; all other places are judged, too.
+            Displacement relative to the clearance, by place. Places that belong to no magnet are always judged.
         """
         guarded = {site.name: air_gap(site.bearing) for site in self.rotor.sites if site.bearing}
         groups: dict[str, list[str]] = {}
@@ -171,23 +172,24 @@ class AssessedMachine(Machine):
         return f"{1e3 * self.clearances[place].clearance:.4g} mm"
 
     def unbalance_of_grade(self) -> float:
-        """Return the unbalance (kg m) allowed by the balancing grade, m G/Omega at the largest speed."""
+        """Return the unbalance m G/Omega (kg m) that the balancing grade allows at the largest speed."""
         return self.rotor.mass * self.file.balancing.speed / self.file.speed.highest
 
     def residual_unbalance(self) -> float:
-        """Return the residual unbalance U_r = 6350 W/N g mm (kg m) of API 617, at the largest speed."""
+        """Return the residual unbalance (kg m) of API 617 at the largest speed, which is U_r = 6350 W/N g mm."""
         return 6350e-6 * self.rotor.mass / (self.file.speed.highest * RPM)
 
 
 def assessed_machine_of(file: MachineFile, flavour: Flavour = "native", modes: int | None = None) -> AssessedMachine:
-    """Return the machine of a file.
+    """Return the machine that a file describes.
 
     Parameters
     ----------
     file, flavour
-        The file, and the flavour of its FMUs.
+        The machine file, and the flavour of the FMUs.
     modes
-        Number of elastic modes per plane of motion that its rotor retains; replaces the reduction of its file.
+        Number of elastic modes that the rotor retains in each plane of motion. It replaces the reduction in the rotor
+        file.
     """
     scenario = file.as_scenario(file.speed.highest)
     if modes is not None:

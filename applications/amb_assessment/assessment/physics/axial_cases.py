@@ -22,7 +22,7 @@ NAME = "thrust.z"
 
 @dataclass(frozen=True)
 class LoadCase:
-    """The loop under a static force of the bearing (N), at its operating point."""
+    """The axial loop at the operating point of the bearing under a static force (N)."""
 
     load: float
     point: OperatingPoint
@@ -40,12 +40,12 @@ class LoadCase:
 
     @cached_property
     def sensitivity(self) -> tuple[Array, Array]:
-        """Frequencies (Hz) up to the 2 kHz of ISO 14839-3, and |S| at these, which only a stable loop has."""
+        """Frequencies (Hz) up to the 2 kHz of ISO 14839-3, and |S| at these frequencies, for a stable loop only."""
         return self._bands[0]
 
     @property
     def peaks(self) -> list[tuple[float, float]]:
-        """Largest |S| of a stable loop and its frequency (Hz), up to 2 kHz, and above if the sample rate allows."""
+        """Largest |S| of a stable loop and its frequency (Hz), up to 2 kHz and, if the sample rate allows, above it."""
         return [peaks_of(frequencies, S[None])[0] for frequencies, S in self._bands]
 
     @cached_property
@@ -55,7 +55,7 @@ class LoadCase:
 
     @cached_property
     def least(self) -> tuple[float, float]:
-        """Smallest logarithmic decrement of the vibrations and its frequency (Hz); -`LARGEST` for a growing drift."""
+        """Smallest logarithmic decrement of the vibrations (-`LARGEST` for a growing drift), and its frequency (Hz)."""
         decrements = [(float(-2.0 * np.pi * s.real / s.imag), float(hertz(s.imag))) for s in self.loop.vibrations]
         if not self.stability.is_stable and not any(decrement <= 0.0 for decrement, _ in decrements):
             decrements.append((-LARGEST, 0.0))  # without enough stiffness the rotor drifts away
@@ -68,7 +68,7 @@ def thrust_bearing_of(subject: AssessedMachine) -> ThrustBearing:
     Raises
     ------
     ValueError
-        If the machine has none.
+        If the machine has no thrust bearing.
     """
     bearing = subject.file.thrust_bearing
     if bearing is None:
@@ -82,10 +82,10 @@ def weight_along_z(subject: AssessedMachine) -> float:
 
 
 def static_forces(subject: AssessedMachine) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the static forces (N) that the bearing carries, and those beyond its capacity.
+    """Return the static forces (N) that the bearing can carry, and the static forces beyond its capacity.
 
-    The first two forces balance the smallest and the largest thrust. The third is the smallest force between these, at
-    which the negative stiffness of the bearing is smallest.
+    The first two forces balance the smallest and the largest thrust. The third is the force of least magnitude between
+    these two, because the negative stiffness of the bearing is smallest there.
     """
     bearing = thrust_bearing_of(subject)
     ends = bearing.loads(weight_along_z(subject))
@@ -95,7 +95,7 @@ def static_forces(subject: AssessedMachine) -> tuple[tuple[float, ...], tuple[fl
 
 
 def load_case(subject: AssessedMachine, load: float, factors: tuple[float, float] = (1.0, 1.0)) -> LoadCase:
-    """Return the loop under a static force (N) with factors on K_i and K_s (1)."""
+    """Return the loop under a static force (N), with K_i and K_s multiplied by `factors` (1)."""
     bearing = thrust_bearing_of(subject)
     point = bearing.bearing.operating_point(load)
     return LoadCase(load, point, bearing.loop(subject.rotor.mass, point, subject.axial_control, factors))
@@ -113,7 +113,7 @@ def least_stable_case(cases: Mapping[str, LoadCase]) -> tuple[str, LoopStability
 
 
 def axial_instability(subject: AssessedMachine) -> str:
-    """Return why a machine's thrust bearing does not hold its rotor, or "" if it does or if there is none."""
+    """Return why a machine's thrust bearing does not hold the rotor, or "" if it does or the machine has none."""
     if subject.file.thrust_bearing is None:
         return ""
     _, beyond = static_forces(subject)

@@ -1,4 +1,4 @@
-"""The retainers on which a rotor lies without power, or in which it can whirl, and the mass that each carries."""
+"""The retainers on which an unpowered rotor lies or in which it can whirl, and the mass that each retainer carries."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class LyingOn(NamedTuple):
     """One or two retainers in which a falling rotor can whirl.
 
     at, mass
-        Numbers of the retainers in the machine, and the mass (kg) that each carries.
+        Indices of the retainers among the machine's retainers, and the mass (kg) that each carries.
     height
-        Fall of the carried mass from its levitated position to its lowest point, over the fall from the retainers'
-        centres.
+        Distance that the carried mass falls from its levitated position to its lowest point, divided by the distance
+        that it would fall from the retainers' centres.
     """
 
     at: list[int]
@@ -37,7 +37,7 @@ def clearances(subject: AssessedMachine) -> Array:
 
 
 def carried_masses(subject: AssessedMachine) -> dict[str, float]:
-    """Return the largest mass (kg) of a lying rotor that each retainer carries; 0 if the rotor does not reach it."""
+    """Return the largest mass (kg) of a lying rotor that each retainer carries, or 0 if the rotor does not reach it."""
     result = dict.fromkeys(subject.retainers, 0.0)
     for lying in lying_on(subject) if result else ():
         for k, mass in zip(lying.at, lying.mass.tolist(), strict=True):
@@ -46,12 +46,12 @@ def carried_masses(subject: AssessedMachine) -> dict[str, float]:
 
 
 def lying_on(subject: AssessedMachine) -> list[LyingOn]:
-    """Return the retainers, one or two, in which a falling rotor can whirl.
+    """Return all sets of one or two retainers in which a falling rotor can whirl.
 
     A rotor lies on two retainers if each carries a share by the lever rule, and the line through both journals at their
-    lowest points reaches no other retainer. If no two meet this condition, as with a centre of mass beyond the
-    retainers, any two count. A single retainer carries the smallest of its shares, or the whole mass if there are no
-    pairs. Without gravity across the shaft, the journals may lean to any side.
+    lowest points reaches no other retainer. If no pair meets this condition, for example because the centre of mass is
+    beyond the retainers, every pair counts. A single retainer carries the smallest of its shares in the pairs, or the
+    whole mass if there are no pairs. Without gravity across the shaft, the journals may lean to any side.
     """
     c, p = clearances(subject), subject.parameters[PLANT]
     offset = np.array([complex(*(p[f"{site}.offset_{axis}"] for axis in "xy")) for site in subject.retainers])
@@ -64,13 +64,13 @@ def lying_on(subject: AssessedMachine) -> list[LyingOn]:
 
 
 def _sets(subject: AssessedMachine, c: Array, offset: Complex, down: complex) -> list[tuple[list[int], Array]]:
-    """Return the numbers and the masses of `lying_on`.
+    """Return the retainer indices and the masses of each set in `lying_on`.
 
     Parameters
     ----------
     subject, c, offset, down
-        The machine, clearances and centres x + i y (m) of its retainers, shape (n,), and the direction of gravity, 0
-        without gravity across the shaft.
+        The machine; the clearances (m) and the centres x + i y (m) of its retainers, each of shape (n,); and the
+        direction of gravity, which is 0 without gravity across the shaft.
     """
     node_of = {site.name: site.node for site in subject.rotor.sites}
     nodes = [node_of[site] for site in subject.retainers]

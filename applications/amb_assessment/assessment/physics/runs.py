@@ -35,7 +35,7 @@ NOISY = {"chain.noise": True, "chain.adc": True, "chain.dac": True, "chain.filte
 
 @dataclass(frozen=True)
 class PlacedUnbalance:
-    """The unbalance of the balancing grade at planes of the co-simulated rotor, placed for a mode.
+    """The unbalance of the balancing grade, placed at planes of the co-simulated rotor to excite a mode.
 
     case
         The mode.
@@ -61,14 +61,14 @@ class PlacedUnbalance:
 
 @dataclass(frozen=True)
 class WorstResponse:
-    """The largest steady displacement over the clearance, with its speed and unbalance.
+    """The largest steady displacement relative to the clearance, and the speed and unbalance that cause it.
 
     unbalance, Omega
         The unbalance and the speed (rad/s).
     site, share
-        Place of the largest displacement over the clearance, and that ratio (1).
+        Place with the largest displacement relative to the clearance, and this ratio (1).
     shares
-        Displacement over the clearance at each place (1).
+        Displacement relative to the clearance at each place (1).
     """
 
     unbalance: PlacedUnbalance
@@ -78,13 +78,14 @@ class WorstResponse:
 
     @property
     def share(self) -> float:
-        """The largest displacement over the clearance (1)."""
+        """The largest displacement relative to the clearance (1)."""
         return self.shares[self.site]
 
     def with_run(self, site: str, simulated: float) -> tuple[float, str]:
-        """Return the larger of the steady and the simulated displacement at a site (%), and both in words.
+        """Return the larger of the steady and the simulated displacement at a site (% of clearance), and both in words.
 
-        A short run may not reach the steady motion; in the retainers the rotor moves no further than the clearance.
+        The steady displacement is included because a short run may not reach it. It is limited to the clearance,
+        because the rotor moves no further in its retainers.
         """
         steady = min(self.shares[site], 1.0)
         note = f"steady response {100.0 * steady:.3g} %, simulated {100.0 * simulated:.3g} %"
@@ -92,16 +93,16 @@ class WorstResponse:
 
 
 def planes_of_unbalance(subject: AssessedMachine) -> dict[str, int]:
-    """Return the nodes at which the co-simulated rotor can have unbalance, by name: its disc planes and bearings."""
+    """Return the nodes at which the co-simulated rotor can have unbalance (disc planes and bearings), by name."""
     return {part.name: part.node for part in (*subject.rotor.bearings, *subject.rotor.discs)}
 
 
 def placed_unbalances(subject: AssessedMachine) -> list[PlacedUnbalance]:
-    """Return the unbalance of the balancing grade placed for each mode.
+    """Return the unbalance of the balancing grade, placed to excite each mode.
 
-    Each lobe of the shape has its share by modal mass, at the plane within it where the shape is largest. The share of
-    a lobe without a plane is distributed to the others in proportion. The total is therefore always placed, and no part
-    cancels another.
+    Each lobe of a mode shape receives a share in proportion to its modal mass, at the plane in this lobe where the
+    shape is largest. If a lobe contains no plane, its share is distributed to the other lobes in proportion to their
+    shares. Therefore, the total is always placed, and no part cancels another.
     """
     planes, total = planes_of_unbalance(subject), subject.unbalance_of_grade()
     result = []
@@ -118,15 +119,16 @@ def placed_unbalances(subject: AssessedMachine) -> list[PlacedUnbalance]:
 
 
 def worst_response(subject: AssessedMachine, lowest: float, highest: float, sites: Sequence[str] = ()) -> WorstResponse:
-    """Return the largest steady response to the modes' unbalances at any speed (rad/s) from the lowest to the highest.
+    """Return the largest steady response to any mode's unbalance at any speed (rad/s) from the lowest to the highest.
 
-    The offset of a place adds to the major axis of the orbit there. The speeds are refined about critical speeds and
-    maxima (`rotor_analysis.refinement`); forces of the magnetic bearings are linear, with seals and stages.
+    The offset of a place is added to the major axis of the orbit there. The speeds are refined about critical speeds
+    and maxima (`rotor_analysis.refinement`). The forces of the magnetic bearings are linear, and seals and stages are
+    included.
 
     Parameters
     ----------
     subject, lowest, highest
-        The machine, and the speeds.
+        The machine, and the limits of the speed range.
     sites
         Places to consider; all by default.
     """
@@ -145,13 +147,16 @@ def worst_response(subject: AssessedMachine, lowest: float, highest: float, site
 
 
 def worst_inputs(subject: AssessedMachine) -> dict[str, float]:
-    """Return the unbalance with the largest steady response at the largest speed, as inputs of the rotor."""
+    """Return the unbalance that causes the largest steady response at the largest speed, as inputs of the rotor."""
     Omega = subject.file.speed.highest
     return worst_response(subject, Omega, Omega).unbalance.inputs
 
 
 def steady_vibration(subject: AssessedMachine, response: WorstResponse) -> dict[str, Array]:
-    """Return the displacement over the clearance by site, of a run with noise and converters at a response's speed."""
+    """Return the displacement relative to the clearance, by site, in a run with a response's speed and unbalance.
+
+    The run includes sensor noise and converter resolution.
+    """
     inputs = response.unbalance.inputs
     run = simulate(subject, response.Omega, inputs, real=True, to_magnets=True, levitated=True, end_cycle=CYCLES)
     return clearance_used(subject, run)
@@ -169,7 +174,7 @@ def simulate(
     goes_on: bool = False,
     **fields: Any,
 ) -> Result:
-    """Return the run of a machine, starting at a speed (rad/s).
+    """Return a run of a machine that starts at a speed (rad/s).
 
     Parameters
     ----------
@@ -180,17 +185,18 @@ def simulate(
     inputs
         Initial inputs of the rotor, by name.
     real
-        Whether to use sensor noise and converter resolution; a signal chain that the machine defines takes precedence.
+        Whether to simulate sensor noise and converter resolution. A signal chain that the machine defines takes
+        precedence.
     to_magnets
         Whether the rotor may reach a magnet, which ends the run.
     levitated
         Whether the magnets have power throughout (`co_simulated`).
     start
-        The end of the same run with an earlier end, from which it continues; see `end_of`.
+        Saved end of a shorter version of the same run, from which this run continues; see `end_of`.
     goes_on
-        Whether to save the end of the run, so another run can continue from it.
+        Whether to save the end of the run, so that another run can continue from it.
     fields
-        Fields of a scenario.
+        Further fields of the scenario.
 
     Raises
     ------
@@ -218,23 +224,24 @@ def simulate(
 
 
 def end_of(result: Result) -> Checkpoint | None:
-    """Return the end of a run that `goes_on`, or None if an FMU cannot save its state or the run ended early."""
+    """Return the saved end of a run that `goes_on`; None if an FMU cannot save its state or the run ended early."""
     return next(iter(result.checkpoints.values()), None)
 
 
 def ended_at_magnet(subject: AssessedMachine, result: Result) -> bool:
-    """Return whether a run ended because its actuator refused a rotor that had crossed an air gap."""
+    """Return whether a run ended because the actuator failed after the rotor had crossed an air gap."""
     used = clearance_used(subject, result)
     gaps = [used[air_gap(bearing)] for bearing in subject.air_gaps]
     return result.outcome.component == ACTUATOR and any(len(shares) and shares[-1] >= 1.0 for shares in gaps)
 
 
 def settling_cycles(subject: AssessedMachine, Omega: float) -> float:
-    """Return the cycles in which the vibrations of a start decay to `REMAINS`, between 20 and 400.
+    """Return the number of cycles, from 20 to 400, in which the initial vibrations decay to the share `REMAINS`.
 
         n = ln(1/REMAINS) Omega/(2 pi |sigma|)                                                         (1)
 
-    sigma belongs to the slowest decaying vibration of the loop without stages, up to twice the spin speed.
+    sigma is the real part of the pole whose vibration decays most slowly, in the loop without stages and among
+    frequencies up to twice the spin speed.
 
     Parameters
     ----------
@@ -249,10 +256,11 @@ def settling_cycles(subject: AssessedMachine, Omega: float) -> float:
 
 
 def clearance_used(subject: AssessedMachine, result: Result) -> dict[str, Array]:
-    """Return the displacement over the clearance at every place that the rotor can touch, from cycle 0 on.
+    """Return the displacement relative to the clearance at every place that the rotor can touch, from cycle 0 on.
 
-    It is taken at samples, and is 1 or more at the end of a step in which the rotor touches. At a face it is the
-    displacement along the shaft, or 0 for a rotor that moves towards another face.
+    This ratio is taken at the recorded samples, and it is at least 1 at the end of a step in which the rotor touches
+    the place. At a face, it describes the displacement along the shaft, and it is 0 if the rotor moves away from the
+    face.
     """
     signals, used = result.signals, {}
     has_settled = _recorded(result) >= 0.0
@@ -268,7 +276,7 @@ def clearance_used(subject: AssessedMachine, result: Result) -> dict[str, Array]
 
 
 def times_of(result: Result) -> Array:
-    """Return the times (s) of `clearance_used`."""
+    """Return the times (s) of the samples in `clearance_used`."""
     times = _recorded(result)
     return times[times >= 0.0]
 
@@ -278,7 +286,7 @@ def _recorded(result: Result) -> Array:
 
 
 def without_power(subject: AssessedMachine, cycle: float, friction: float = FRICTION) -> dict[str, Any]:
-    """Return the fields of a scenario in which all amplifiers lose power at a cycle, and the coils discharge.
+    """Return the fields of a scenario in which all amplifiers lose power at a cycle and the coils then discharge.
 
     `friction` is the friction coefficient of all contacts.
     """
@@ -292,7 +300,7 @@ def without_power(subject: AssessedMachine, cycle: float, friction: float = FRIC
 
 
 def longest(subject: AssessedMachine, duration: float, steps: int) -> float:
-    """Return the time (s) of a number of steps, limited to a duration (s)."""
+    """Return the time (s) that a number of steps takes, but at most the given duration (s)."""
     return min(duration, steps * float(subject.prepared.step_size))
 
 
@@ -303,7 +311,7 @@ def check_falls(subject: AssessedMachine) -> None:
 
 
 def upright(subject: AssessedMachine) -> str:
-    """Return why a landing of an upright machine is not realistic, or "" if something stops its fall."""
+    """Return why a landing is not realistic if an upright machine has nothing that stops its fall; otherwise ""."""
     if subject.gravity_across or not subject.file.axial_gravity or subject.falls_onto_a_face:
         return ""
     return "gravity acts only along the shaft, and the rotor file has no [[faces]] to stop the fall"

@@ -16,30 +16,30 @@ SPEEDS = 41  # from zero to the trip speed, before refinement
 
 
 def least_stable(subject: AssessedMachine, variation: MachineVariation = NOMINAL, count: int = SPEEDS) -> LoopStability:
-    """Return the stability at the least stable speed from zero to the trip speed, the range of a run-up."""
+    """Return the stability at the least stable speed of a run-up from zero to the trip speed."""
     return coupled_loop(subject, real_coefficients(subject), variation).least_stable(speeds_of_run_up(subject, count))
 
 
 def speeds_of_run_up(subject: AssessedMachine, count: int) -> Array:
-    """Return `count` evenly spaced speeds (rad/s) up to the trip speed, with the speeds in its files, ascending."""
+    """Return ascending speeds (rad/s) up to the trip speed: `count` evenly spaced ones, and those in the files."""
     speed = subject.file.speed
     return with_tables(subject, np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest]))
 
 
 def spectral_radius(quantity: str, stability: LoopStability, name: str = "") -> Quantity:
-    """Return the spectral radius of a loop, described by `name`, the motion of its pole and its speed."""
+    """Return the spectral radius of a loop, described by `name`, the motion of the pole and the spin speed."""
     N = float(rpm(stability.speed))
     facts = {"growth_rate": stability.growth_rate, "frequency": hertz(stability.frequency), "N": N}
     return Quantity(quantity, f"{name}{motion_and_speed(stability)}", stability.radius, "1", facts, stability.note)
 
 
 def motion_and_speed(stability: LoopStability) -> str:
-    """Return the motion of the decisive pole, and its speed."""
+    """Return the motion of the decisive pole and the spin speed, as text."""
     return f"{stability.motion}, |z| = {stability.radius:.7f}, at {rpm(stability.speed):.0f} rpm"
 
 
 def instability(subject: AssessedMachine) -> str:
-    """Return why the rotor of a machine does not levitate, across or along its shaft, or "" if it does."""
+    """Return why a machine's rotor does not levitate (across or along its shaft), or "" if it levitates."""
     stability = least_stable(subject)
     if not stability.is_stable:
         return f"the loop is not stable: {motion_and_speed(stability)}"

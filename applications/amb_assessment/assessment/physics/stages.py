@@ -1,9 +1,10 @@
 """The stages of a machine, as coefficients of its linear models, and as seals of the rotor in co-simulations.
 
-The tilt stiffness of the thrust disc is treated in the same way, but it exists only under power: it acts in the linear
-models of the levitated rotor, and in co-simulations only if the magnets have power throughout.
+The tilt stiffness of the thrust disc is treated in the same way, but it exists only while the magnets have power.
+Therefore, it acts in the linear models of the levitated rotor, but in co-simulations only if the magnets have power
+throughout.
 
-The mass matrix of a plant does not depend on the speed, so a stage has its mass at the machine's largest speed.
+The mass matrix of a plant does not depend on the speed, so the mass of a stage is that at the machine's largest speed.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ from rotor_analysis.rotor import Rotor
 
 
 def anticipated(subject: AssessedMachine, factor: float = 1.0) -> tuple[Bearing, ...]:
-    """Return the anticipated coupling of the stages at the largest speed, times a factor, without the rotor's seals.
+    """Return the anticipated coupling of the stages, multiplied by a factor, and terms that cancel the rotor's seals.
 
-    This is the model of level I: the rotor, its bearings, including the one along z, and a coupling that represents all
-    causes of whirl.
+    The coupling is evaluated at the largest speed. These are the coefficients of the level I model, which consists of
+    the rotor, its bearings (including the one along z), and a coupling that represents all causes of whirl.
     """
     speed = subject.file.speed.highest
     stages = (
@@ -38,7 +39,7 @@ def anticipated(subject: AssessedMachine, factor: float = 1.0) -> tuple[Bearing,
 
 
 def real_coefficients(subject: AssessedMachine) -> tuple[Bearing, ...]:
-    """Return the coefficients of stages and thrust disc for level II, without the seals.
+    """Return the level II coefficients of the stages and the thrust disc, without the seals.
 
     By default, a stage has its anticipated coupling.
     """
@@ -48,14 +49,14 @@ def real_coefficients(subject: AssessedMachine) -> tuple[Bearing, ...]:
 
 
 def with_tables(subject: AssessedMachine, speeds: Array) -> Array:
-    """Return ascending speeds (rad/s), and the speeds between them in the tables of controller, seals and stages."""
+    """Return ascending `speeds` (rad/s), and between them the speeds in the tables of controller, seals and stages."""
     return with_samples(speeds, [*subject.table_speeds, *table_speeds(real_coefficients(subject))])
 
 
 def table_notes(subject: AssessedMachine, highest: float) -> list[str]:
-    """Return sentences on tables of seals, stages and controller that end between 0 and the highest speed (rad/s).
+    """Return sentences on tables of seals, stages and controller that do not cover 0 to the highest speed (rad/s).
 
-    Coefficients frozen at a whirl frequency are listed, too.
+    Coefficients that are frozen at a whirl frequency are also listed.
     """
     limits = limits_of((*subject.rotor.seals, *real_coefficients(subject)))
     laws = subject.linear_components.table_speeds()
@@ -65,12 +66,12 @@ def table_notes(subject: AssessedMachine, highest: float) -> list[str]:
 
 
 def cross_coupling(name: str, node: int, Q: float) -> Bearing:
-    """Return a cross-coupled stiffness Q (N/m) that drives forward whirl, f = -K q with K = [[0, Q], [-Q, 0]]."""
+    """Return a cross-coupled stiffness Q (N/m) that drives forward whirl: f = -K q with K = [[0, Q], [-Q, 0]]."""
     return Bearing(name, node, ((0.0, Q), (-Q, 0.0)))
 
 
 def _level_two(stage: CompressorStage, name: str, node: int, Omega: float) -> Bearing:
-    """Return the coefficients of a stage for level II."""
+    """Return the level II coefficients of a stage."""
     result = stage.coefficients()
     return (
         cross_coupling(name, node, stage.level_two(Omega)) if result is None else replace(result, name=name, node=node)
@@ -89,7 +90,7 @@ def _cancelling(seal: Bearing) -> Bearing:
 def co_simulated(subject: AssessedMachine, Omega: float, *, levitated: bool = False, **fields: Any) -> Scenario:
     """Return the machine's scenario at a speed (rad/s); its stages act on the rotor like seals.
 
-    `levitated`: the magnets have power throughout, and the tilt stiffness of the thrust disc acts, too.
+    If `levitated` is true, the magnets have power throughout, so the tilt stiffness of the thrust disc acts as well.
     """
     rotor, stages = subject.prepared.scenario.rotor, subject.file.stages
     tilts = subject.thrust_tilt if levitated else ()
@@ -100,14 +101,14 @@ def co_simulated(subject: AssessedMachine, Omega: float, *, levitated: bool = Fa
 
 
 def with_stages(rotor: Rotor, stages: Sequence[CompressorStage], Omega: float) -> Rotor:
-    """Return a rotor with the level II coefficients of stages as seals, at the parts that the stages name.
+    """Return a rotor to which stages are added as seals with level II coefficients, at the parts that the stages name.
 
     Parameters
     ----------
     rotor, stages
-        The rotor, and stages at its parts.
+        The rotor, and the stages that act at its parts.
     Omega
-        Largest speed (rad/s), for the anticipated coupling and the mass.
+        Largest speed (rad/s), at which the anticipated coupling and the mass are evaluated.
     """
     nodes, seals = rotor.nodes_by_name, list(rotor.seals)
     names = {*nodes}

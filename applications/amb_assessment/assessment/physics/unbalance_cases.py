@@ -25,9 +25,10 @@ class UnbalanceCase:
     name
         Name of the case.
     shape
-        Shape of the mode at the nodes, the largest value 1.
+        Shape of the mode at the nodes, scaled so that the largest value is 1.
     shares
-        Share of the total unbalance by node, with the sign of the shape: the modal mass of each lobe, at its antinode.
+        Share of the total unbalance by node, with the sign of the shape. Each lobe has a share in proportion to its
+        modal mass, at its antinode.
     lobes
         First and last node of each lobe, in the order of `shares`.
     """
@@ -38,15 +39,15 @@ class UnbalanceCase:
     lobes: tuple[tuple[int, int], ...]
 
     def of(self, total: float) -> dict[Point, complex]:
-        """Return the unbalance (kg m) by node for a total (kg m)."""
+        """Return the unbalance at each node (kg m) for a total unbalance (kg m)."""
         return {node: complex(share * total) for node, share in self.shares.items()}
 
 
 def unbalance_cases(subject: AssessedMachine) -> list[UnbalanceCase]:
-    """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, but at least two.
+    """Return a case for each mode whose undamped critical speed is at most 1.5 times the trip speed, but at least two.
 
-    The shapes belong to the rotor on the stiffness of its bearings at the largest speed, without seals. If this
-    stiffness differs along x and y, there are cases for each direction.
+    The mode shapes are those of the rotor on its bearings, with their stiffness at the largest speed and without seals.
+    If this stiffness differs along x and y, there are separate cases for each direction.
     """
     speed = subject.file.speed
     directions = directional_stiffness(subject, np.array([speed.highest]))
@@ -58,7 +59,7 @@ def unbalance_cases(subject: AssessedMachine) -> list[UnbalanceCase]:
 
 
 def _along(subject: AssessedMachine, direction: str, stiffness: dict[str, float]) -> list[UnbalanceCase]:
-    """Return the cases of a direction with the stiffness (N/m) of its bearings."""
+    """Return the cases for a direction in which the bearings have the given stiffness (N/m)."""
     least = SOFTEST * max(*(abs(stiffness[name]) for name in subject.magnets), 1.0)
     speeds, shapes = critical_speeds(subject.free, springs(subject, stiffness, least), MOST)
     count = max(2, int(np.count_nonzero(speeds <= BEYOND * subject.file.speed.tripping)))
@@ -75,7 +76,7 @@ def _along(subject: AssessedMachine, direction: str, stiffness: dict[str, float]
 
 
 def response_speeds(subject: AssessedMachine, points: int = 160) -> Array:
-    """Return the speeds (rad/s) of a response, from 3 % to 150 % of the largest, and the operating speeds."""
+    """Return the speeds (rad/s) of a response: from 3 % to 150 % of the largest speed, and the speeds in the file."""
     speed = subject.file.speed
     swept = np.linspace(0.03, 1.5, points) * speed.highest
     return np.unique([*swept, speed.lowest, speed.highest, speed.tripping])

@@ -1,7 +1,7 @@
-"""The smallest friction coefficient that drives a machine without power into whirl.
+"""The smallest friction coefficient that drives an unpowered machine into whirl.
 
-A rotor whose shaft lies across gravity swings over the top of its retainers into backward whirl. An upright rotor rests
-on a face, where friction makes whirl grow until the race below it follows.
+A rotor with gravity across its shaft swings over the top of its retainers into backward whirl. An upright rotor rests
+on a face, where friction makes the whirl grow until the race below the face follows.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MARGIN = 2.0  # of this friction over that of landings, as in the criteria; abov
 
 
 def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
-    """Return the smallest friction coefficient at any speed up to the trip speed.
+    """Return the smallest friction coefficient that causes whirl at any speed up to the trip speed.
 
     It applies to one or two retainers (`swing`), or to the face on which an upright rotor stands (`face_whirl`).
 
@@ -40,7 +40,7 @@ def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
     subject
         The machine, with seals and stages.
     friction
-        Largest friction coefficient of its landings, for criteria.
+        Largest friction coefficient of the landings, which criteria compare with the result.
     """
     standing = not subject.gravity_across and subject.falls_onto_a_face
     find = _least_friction_on_face if standing else _least_friction
@@ -54,7 +54,10 @@ def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
 
 
 def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
-    """Return the smallest friction of a standing rotor; its facts have the value on a face `UNKNOWN` times as stiff."""
+    """Return the smallest friction that causes whirl of a standing rotor.
+
+    Its `facts` contain the value for a face that is `UNKNOWN` times as stiff.
+    """
     weight, tripping = subject.rotor.mass * abs(subject.file.axial_gravity), subject.file.speed.tripping
     faces = [k for k, face in enumerate(subject.rotor.faces) if face.stops == subject.fall]
     linear_source = source_of_run(prepare_run(co_simulated(subject, subject.file.speed.highest)))
@@ -110,7 +113,7 @@ def _least_friction(subject: AssessedMachine) -> Quantity:
 
 
 def chance(least: Quantity) -> str:
-    """Return why chance decides whether a landing whirls, or "" if the friction is too small for whirl."""
+    """Return why chance decides whether the rotor whirls in a landing, or "" if the friction is too small for whirl."""
     friction = least.facts["friction"]
     if least.value >= MARGIN * friction:
         return ""
@@ -121,5 +124,5 @@ def chance(least: Quantity) -> str:
 
 
 def whirl_facts(least: Quantity) -> dict[str, float]:
-    """Return the variables of criteria on landings: `whirl_friction`, and the largest friction of the landings."""
+    """Return the variables for criteria on landings: `whirl_friction`, and the largest friction of the landings."""
     return {"whirl_friction": least.value, **least.facts}
