@@ -17,7 +17,7 @@ from amb_files.atomic import check_writable
 @ROTOR
 @output("Page to write.", "rig.html")
 @click.option("--only", is_flag=True, help="Include only SCENARIO, without the other scenarios.")
-@click.option("--docs", default="", metavar="ADDRESS", help="Address of the documentation's folder docs, for links.")
+@click.option("--docs", default="", metavar="ADDRESS", help="Address of the documentation's docs folder, for links.")
 @click.option("--open/--no-open", "opens", default=True, help="Open the page in a browser.")
 def live(scenario: str | None, rotor: str | None, output: Path, only: bool, docs: str, opens: bool) -> None:
     """Write and open a page that runs a scenario live.

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     "metrics",
     multiple=True,
     metavar="FILE:FUNCTION",
-    help="Function of a result that returns named numbers.",
+    help="Function that returns named numbers of a result.",
 )
 @click.option(
     "--keep", multiple=True, metavar="OUTCOME", help="Outcomes to save in full: trapped, failed, ...; or all."
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
 @click.option("--boundary", metavar="METRIC", help="Boundary in maps: recovered (default), contact, rolling.")
 @former_option("--refine", "--sample boundary:METRIC")
 @click.option(
-    "--certainty", type=float, metavar="SHARE", help="Share of an axis to which a boundary is bisected: 0.01."
+    "--certainty", type=float, metavar="SHARE", help="Boundary tolerance, as a share of an axis; default: 0.01."
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler to use, such as tcp://host:8786.")
 @click.option("--jobs", type=int, help="Number of local processes; default: one per processor.")

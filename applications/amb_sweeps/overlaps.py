@@ -64,7 +64,7 @@ def refuse_idle_settings(
     for setting in settings:
         if (meant := varied_variables(setting, labels, variables)) <= every:
             names = ", ".join(name for name, found in varied.items() if found & meant)
-            raise ValueError(f"{setting} is set, but {names} varies it, so the setting has no effect")
+            raise ValueError(f"{setting} is set, but it is varied by {names}, so the setting has no effect")
 
 
 def not_replaced(ready: Vary, own: Vary, labels: Sequence[str], variables: Assignments) -> dict[str, object]:

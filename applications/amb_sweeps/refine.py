@@ -146,7 +146,7 @@ def check_refinement(design: SamplePlan, tolerance: float, metric: str) -> None:
             f"--certainty {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, a fraction of an axis"
         )
     if not refined_axes(design):
-        raise ValueError(f"--sample boundary:{metric} needs an axis with two or more numbers, in order")
+        raise ValueError(f"--sample boundary:{metric} needs an axis with two or more numbers in ascending order")
 
 
 def refined_axes(design: SamplePlan) -> list[Axis]:

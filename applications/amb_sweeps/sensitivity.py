@@ -28,7 +28,9 @@ def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "peak_con
     from SALib.analyze import sobol
 
     if not design.sampling.startswith("saltelli:") or len(design.axes) > 1:
-        raise ValueError(f"sensitivities require a single saltelli:N sample, not {design.sampling} and other axes")
+        raise ValueError(
+            f"sensitivities require a saltelli:N sample without other axes; the sampling is {design.sampling}"
+        )
     if metric not in results:
         raise ValueError(f"no metric {metric!r}; the sweep has {', '.join(str(name) for name in results.data_vars)}")
     values = np.asarray(results[metric].values, np.float64)

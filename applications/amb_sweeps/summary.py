@@ -83,7 +83,7 @@ def _boundary_lines(folder: Path, design: SamplePlan, boundary: str) -> list[str
     equivalent_grid = math.prod(math.ceil(1.0 / tolerance) + 1 if a.name in bisected else len(a) for a in design.axes)
     return [
         f"boundary of {boundary}: {points.sizes['point']} points, to within {100.0 * tolerance:.3g} % of an axis; "
-        f"{runs} additional runs, {design.size + runs} in total; an equally fine grid would take {equivalent_grid}"
+        f"{runs} additional runs, {design.size + runs} in total; an equally fine grid would take {equivalent_grid} runs"
     ]
 
 

@@ -142,4 +142,4 @@ def _without_h(plan: ScenarioPlan) -> str:
         return "the synchronous control is off"
     if _is_on(plan, "identify"):
         return "the run identifies H itself"
-    return "the scenario has a table" if plan.scenario.receptances is not None else ""
+    return "the scenario has its own table of H" if plan.scenario.receptances is not None else ""

@@ -30,9 +30,7 @@ add_study("coupling_error", FLAVOUR)
 add_study(
     "contact_laws",
     click.option("--speed", type=WithUnit("0.1 m/s"), default="0.1 m/s", show_default=True, help="Speed of approach."),
-    click.option(
-        "--restitution", type=float, default=0.7, show_default=True, help="Share of the speed that is returned."
-    ),
+    click.option("--restitution", type=float, default=0.7, show_default=True, help="Coefficient of restitution."),
     click.option("--k-c", type=STIFFNESS, default="1e8 N/m", show_default=True, help="Contact stiffness."),
     click.option(
         "--delta-c",

@@ -55,7 +55,7 @@ def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
     z = rotor.shaft.nodes
     required = {1, len(z), *rotor.part_nodes, *rotor.masters}
     require(set(nodes) <= set(range(1, len(z) + 1)), "nodes", list(nodes), f"node numbers from 1 to {len(z)}")
-    requirement = f"a list that includes {sorted(required)}, with parts or masters"
+    requirement = f"a list that includes {sorted(required)}: the ends, and the nodes of parts and masters"
     require(required <= set(nodes), "nodes", list(nodes), requirement)
     return rotor.on_mesh(rotor.shaft.on_nodes(tuple(z[node - 1] for node in sorted(set(nodes)))))
 

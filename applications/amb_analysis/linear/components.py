@@ -130,7 +130,8 @@ def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> Lin
     direct = np.eye(len(inputs)) - E @ parts_law.D
     if not _is_solvable(direct):
         raise ValueError(
-            "the connections close a loop without delay that has no solution; the system has no linear model"
+            "the connections form a loop without delay, and its equations have no unique solution; the system has no "
+            "linear model"
         )
     W = np.linalg.inv(direct)
     summed = W @ E @ parts_law.C

@@ -142,5 +142,5 @@ def _part(
     whole = Law(law.A, law.B, law.C, law.D, time)
     notes = [f"{name}: {note}"]
     if late > 0.0:
-        notes.append(f"{name}: a delay of {late:g} samples acts only where demands reach the amplifiers")
+        notes.append(f"{name}: a delay of {late:g} samples applies only to demands that reach the amplifiers")
     return LinearComponent(whole, names_of(name, inputs), names_of(name, outputs), late, tuple(notes))

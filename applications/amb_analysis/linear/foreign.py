@@ -92,10 +92,13 @@ def foreign_component(
     )
     varying = _relative(second[:, 1:] - first[:, :-1], np.concatenate([first, second]))
     if varying > SLOWER:
-        later = f"{name}: a pulse has a different response if it begins one step of {sample_time:g} s later"
+        later = f"{name}: the response to a pulse changes if the pulse begins one step of {sample_time:g} s later"
         slower = "as if the component sampled less often; the communication step must equal its sample time"
         if np.any(undisturbed != undisturbed[0]):
-            slower += "; or it is nonlinear and moves without a pulse, as in a limit cycle, and has no linear model"
+            slower += (
+                "; or the component moves without a pulse, as in a limit cycle, so it is nonlinear and has no linear "
+                "model"
+            )
         raise ValueError(f"{later}, {slower}")
     markov = np.moveaxis(odd, 0, 2)  # (step, output, input)
     law, note = _best(derived, markov, sample_time)
@@ -116,15 +119,16 @@ def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, 
         error = _relative(responses(derived, len(markov)) - markov, markov)
         if error < DERIVATIVES_ERROR:
             return derived, (
-                f"from its directional derivatives, with {len(derived.A)} states; the error of its responses to pulses "
-                f"is {error:.1g} of the largest"
+                f"computed from its directional derivatives, with {len(derived.A)} states; the error of its responses "
+                f"to pulses is {error:.1g} of the largest"
             )
         rejected = f"; with its directional derivatives, the error is {error:.1g} of the largest response"
     law = realised(markov, sample_time)
     error = _relative(responses(law, len(markov)) - markov, markov)
     return (
         law,
-        f"by differences, with {len(law.A)} states and an error of {error:.1g} of the largest response{rejected}",
+        f"computed by differences, with {len(law.A)} states and an error of {error:.1g} of the largest response"
+        f"{rejected}",
     )
 
 

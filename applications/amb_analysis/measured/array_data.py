@@ -47,7 +47,7 @@ def _responses(content: dict[str, Any], units: StatedUnits) -> Measurement:
     required = ("frequencies", "inputs", "outputs", "input_units", "output_units")
     missing = [name for name in required if name not in content]
     if missing:
-        raise ValueError(f"it lacks {', '.join(missing)}, required with response")
+        raise ValueError(f"it contains response but lacks {', '.join(missing)}")
     inputs, outputs = (_channels(content, kind, units) for kind in ("input", "output"))
     units_of_frequencies = "frequency_unit", "frequency_units", "units.frequencies"
     _refuse_unused_units(content, (*required, *units_of_frequencies))

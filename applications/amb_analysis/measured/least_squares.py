@@ -110,7 +110,9 @@ def minimised(residuals: Residuals, free: Sequence[FreeParameter], start: Sequen
             )
     n, m = len(scaled(u0)), len(free)
     if n <= m:
-        raise ValueError(f"{n} residuals are not enough for {m} parameters; measure more, or fit fewer")
+        raise ValueError(
+            f"{n} residuals are not enough for {m} parameters; measure more points, or fit fewer parameters"
+        )
     _refuse_without_influence(free, jacobian(np.clip(u0, 0.02, 0.98)))
     result = least_squares(scaled, np.clip(u0, 1e-3, 1.0 - 1e-3), jacobian, bounds=(0.0, 1.0), x_scale=1.0)
     return np.asarray(low + span * result.x)

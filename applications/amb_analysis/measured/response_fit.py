@@ -105,7 +105,7 @@ def fit_responses(
     first, last = (_relative(model(np.asarray(p, np.float64)), curves) for p in (start, best))
     lacking = _systematic(z, curves, inflation)
     if not lacking and neighbour > DEPENDENT and inflation > 1.0:
-        lacking = f"as residuals of neighbouring frequencies have a correlation of {neighbour:.2f}"
+        lacking = f"because residuals at neighbouring frequencies have a correlation of {neighbour:.2f}"
     warnings: tuple[str, ...] = ()
     if lacking and last > EXACT:
         warnings = (

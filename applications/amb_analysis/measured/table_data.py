@@ -121,8 +121,8 @@ def _response(frequencies: Array, output: str, source: str, parts: Mapping[str, 
         unit, amplitude = _linear(unit, amplitude, f"{name} {first}")
         if (negative := amplitude[(frequencies != 0.0) & (amplitude < 0.0)]).size:
             raise ValueError(
-                f"{name} amplitude {negative[0]:g} {unit} is not allowed; it must be >= 0; the unit of decibels is "
-                f"[dB re 1 {unit}]"
+                f"{name} amplitude {negative[0]:g} {unit} is not allowed; it must be >= 0; for decibels, "
+                f"state the unit as [dB re 1 {unit}]"
             )
         values = amplitude * np.exp(1j * _radians(phase_unit, phase, f"{name} phase"))
     elif {"real", "imag"} <= set(parts):

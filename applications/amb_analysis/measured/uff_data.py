@@ -286,7 +286,7 @@ def _name(item: Set, end: str) -> tuple[str, float]:
     if direction == 0:
         return place, 1.0
     if abs(direction) not in DIRECTIONS:
-        raise ValueError(f"direction {direction} at node {node} is not allowed; rotations have no channel")
+        raise ValueError(f"direction {direction} at node {node} is not allowed; rotational channels are not supported")
     return f"{place}.{DIRECTIONS[abs(direction)]}", float(np.sign(direction))
 
 

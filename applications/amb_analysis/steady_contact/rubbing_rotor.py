@@ -132,7 +132,9 @@ def rubbing_rotor(prepared: ScenarioPlan) -> RubbingRotor:
     records = tuple(_record(p, site) for site in sites)
     c = np.array([site.clearance for site in records])
     covered = tuple(
-        f"{s} is left out; {narrowest[nodes[s]]} in the same plane is equally narrow" for s in enabled if s not in sites
+        f"{s} is left out; {narrowest[nodes[s]]} in the same plane has no larger clearance"
+        for s in enabled
+        if s not in sites
     )
     notes = covered + _site_notes(p, sites) + _loop_notes(machine, mixing(source, machine.last_speed, sites))
     return RubbingRotor(machine, sites, records, c, np.array(list(machine.unbalance.values()), dtype=complex), notes)
@@ -173,7 +175,9 @@ def _site_notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ..
 def _loop_notes(machine: Machine, backward: float) -> tuple[str, ...]:
     inputs, result = machine.last_inputs, list[str]()
     if faults := machine.faults_among(inputs):
-        result.append(f"states are computed without the faults at the end of the scenario: {', '.join(faults)}")
+        result.append(
+            f"states are computed without the faults that are active at the end of the scenario: {', '.join(faults)}"
+        )
     if backward > ISOTROPIC:
         result.append(f"the loop is anisotropic: {backward:.1%} of the motion is backward, which is neglected")
     if inputs.get(f"{CONTROLLER}.rolac_enable"):

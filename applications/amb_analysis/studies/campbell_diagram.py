@@ -108,7 +108,8 @@ class CampbellDiagram(WarnedResult, DrawnResult):
         if self.coordinates == self.of:
             return [self._answer(), table, *notes]
         reduced = (
-            f"{self.coordinates} coordinates in place of {self.of}; eigenvalues agree within {self.error:.0e} with the"
+            f"computed with {self.coordinates} coordinates instead of {self.of}; eigenvalues agree within "
+            f"{self.error:.0e} with those of the"
         )
         return [self._answer(), table, *notes, f"{reduced} full model, which --full analyses"]
 

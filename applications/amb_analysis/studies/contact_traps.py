@@ -217,7 +217,7 @@ class Traps(MachineResult):
     def _freeing(self) -> list[str]:
         lines = []
         if self.least_trapping is None and self.loop_growth > 0.0:
-            lines.append(f"up to {_grams(self.unbalances[-1])} no steady contact settles at this speed")
+            lines.append(f"with up to {_grams(self.unbalances[-1])} no contact becomes steady at this speed")
         elif self.least_trapping is None:
             lines.append(f"at this speed no contact is stable with up to {_grams(self.unbalances[-1])}")
         else:
@@ -306,7 +306,7 @@ def traps(
     notes = list(machine.notes)
     if len(machine.sites) > AT_ONCE:
         notes.append(
-            f"map and curves show states with at most {AT_ONCE} sites in contact; the machine's states "
+            f"the map and the curves show only states with at most {AT_ONCE} sites in contact; the machine's states "
             f"include all sites"
         )
     return Traps(

@@ -132,7 +132,9 @@ def coupling(
     result = [simulated(run, values, set or {}, options) for run in runs]
     first, shortest = result[0]
     if not first.orbit or not all(first.orbit.values()):
-        raise ValueError(f"scenario {values.name}: the rotor does not move before its step; {first.outcome}")
+        raise ValueError(
+            f"scenario {values.name}: the rotor does not move before the step of the scenario; {first.outcome}"
+        )
     rows = (replace(row, deviation=_deviation(row, first), cost=wall / shortest) for row, wall in result)
     return CouplingOrders(values.name, tuple(rows), warnings=prepared.warnings)
 

@@ -143,7 +143,7 @@ class FittedMachine:
             if self.loop == "closed":
                 machine_of(self._prepared(values, self._pinned(values))).loop.check_stable([self.Omega])
         except ValueError as error:
-            return (*result, f"with the fitted values {error}, whereas a measured loop is stable")
+            return (*result, f"a measured loop is stable, but with the fitted values {error}")
         return result
 
     def files_with(self, values: Array | Sequence[float]) -> dict[str, str]:

@@ -274,7 +274,7 @@ def unresolved(modes: Sequence[FittedMode]) -> list[str]:
     widest = max(mode.lines for mode in modes)
     return [
         f"the damping of the modes at {at}{more} is not resolved: the half-power width of their peaks is at most "
-        f"{widest:.2g} lines; take longer segments or a longer record, or closer lines"
+        f"{widest:.2g} lines; use longer segments, a longer record or more closely spaced lines"
     ]
 
 
@@ -326,7 +326,7 @@ def measured_content(
     for item in chosen:
         if not item.values.all():
             at = f"{item.frequencies[np.argmin(np.abs(item.values))]:g} Hz"
-            raise ValueError(f"{item.name} = 0 at {at} is not allowed; leave out that line, or choose other responses")
+            raise ValueError(f"{item.name} = 0 at {at} is not allowed; omit that frequency, or choose other responses")
     return Measurement(tuple(sorted(chosen, key=lambda item: item.frequencies.tobytes())), content.modes)
 
 

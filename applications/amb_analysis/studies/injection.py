@@ -115,7 +115,8 @@ def plan_measurement(
     disturbing = [name for name, value in prepared.inputs.items() if name not in steady_inputs and value != 0.0]
     if disturbing:
         raise ValueError(
-            f"{disturbing[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
+            f"{disturbing[0]} cannot be set here; only parameters can be set, so that only the injected currents "
+            "move the rotor"
         )
     return _with_steps_of_the_run(prepared, first)
 
@@ -187,7 +188,7 @@ def settling_samples(decay: float, sample_time: float, remainder: float = REMAIN
     if samples * sample_time > LONGEST:
         raise ValueError(
             f"transients decay by the factor {decay:.6f} per sample and would take "
-            f"{samples * sample_time:.0f} s to die out; it must be <= {LONGEST:g} s"
+            f"{samples * sample_time:.0f} s to die out; the limit is {LONGEST:g} s"
         )
     return samples
 

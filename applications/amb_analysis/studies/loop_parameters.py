@@ -115,5 +115,5 @@ def _start(machine: Machine, name: str, ports: Sequence[Port]) -> float:
     for other in rest:
         if is_pattern(name) and not math.isclose(other[1], first[1]):
             pair = " and ".join(f"{key} = {value:g}{ports[0].display_unit}" for key, value in (first, other))
-            raise ValueError(f"{name} matches {pair}; fit them by their names, or set one value for both")
+            raise ValueError(f"{name} matches {pair}; fit each under its own name, or set both to the same value")
     return first[1]

@@ -63,7 +63,7 @@ class LeastDamped:
 
     def __str__(self) -> str:
         frequency = frequency_unit().text(self.frequency, 5)
-        return f"damping ratio {significant(self.damping_ratio)} of the vibration of {frequency}"
+        return f"damping ratio {significant(self.damping_ratio)} of the vibration at {frequency}"
 
 
 def vibrations(loop: Loop, Omega: float) -> Vibrations:

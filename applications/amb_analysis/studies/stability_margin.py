@@ -212,7 +212,9 @@ def _check_agreement(axes: Sequence[str], frequencies: Array, computed: Complex,
     difference = np.abs(measured / computed - 1.0)
     k, line = divmod(int(difference.argmax()), difference.shape[1])
     if difference[k, line] > CONTRADICTION:
-        values = f"{abs(measured[k, line]):.3g} in the co-simulation and {abs(computed[k, line]):.3g} computed"
+        values = (
+            f"{abs(measured[k, line]):.3g} in the co-simulation and {abs(computed[k, line]):.3g} in the linear model"
+        )
         raise ValueError(
             f"the linear model contradicts the co-simulation: at {frequencies[k, line]:.1f} Hz, |S| of {axes[k]} is "
             f"{values}; an FMU of your own may sample at another rate than the communication step, or not be linear"

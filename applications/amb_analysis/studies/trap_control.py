@@ -64,7 +64,7 @@ def control_of(
         words = (
             "can free the rotor from any steady contact"
             if within
-            else "cannot free the rotor from all contact within limits"
+            else "cannot free the rotor from all contact within its limits"
         )
         freed = Freed(bool(within), needed, f"{words}{_within(needed)}")
     result["contact-aware synchronous control"] = freed

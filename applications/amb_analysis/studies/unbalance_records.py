@@ -214,7 +214,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
         if not shares:
             return f"{within}; {largest}"
         nearest = max(shares, key=lambda of: shares[of])
-        touches = ", where the rotor touches and this linear response does not hold" if shares[nearest] > 1.0 else ""
+        touches = "; there the rotor touches, so this linear response is not valid" if shares[nearest] > 1.0 else ""
         return (
             f"{within}; {largest}; {significant(100.0 * shares[nearest], 3)} % of the clearance at {nearest}{touches}"
         )
@@ -223,8 +223,8 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
         if not self.floating:
             return []
         return [
-            f"bearings and seals do not hold {self.floating} of the 4 rigid-body motions; there the rotor floats, only "
-            "inertia and damping limit its response, and there is no critical speed"
+            f"bearings and seals do not hold {self.floating} of the 4 rigid-body motions; in these motions the rotor "
+            "floats: only inertia and damping limit its response, and it has no critical speed"
         ]
 
     def _backward_notes(self) -> list[str]:

@@ -106,7 +106,7 @@ def _refusal(sizes: MachineSizes, best: Design, machine: Machine) -> str:
     return "; ".join(
         (
             f"none of the PIDs tried levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: with the "
-            f"best, of stiffness {gains}, {loop.least_damped}",
+            f"best PID (stiffness {gains}), {loop.least_damped}",
             *(tuple(hindering_positions(machine, loop, sizes.speed)) or (advice(sizes.rotor, loop, sizes.speed),)),
         )
     )

@@ -155,15 +155,17 @@ def advice(rotor: Rotor, loop: Levitation, speed: float) -> str:
         Highest speed in operation (rad/s).
     """
     if loop.frequency <= RANGE * speed:
-        return "move sensors to their bearings and bearings apart, or lower the speed"
+        return "move sensors to their bearings, move bearings apart, or lower the speed"
     body = rigid_body(rotor)
     ratio = body.polar_inertia / body.diametral_inertia
     if abs(loop.frequency - ratio * loop.speed) <= NUTATION * loop.frequency:
         return (
             f"it is the nutation of the rigid rotor, at I_p/I_d = {ratio:.3g} times its speed: lower the speed or the "
-            "ratio, or give the rotor its measured [damping], because damped bending modes tolerate more gain"
+            "ratio, or enter the measured [damping] of the rotor, because damped bending modes tolerate more gain"
         )
-    return "the rotor bends: give it its measured [damping], and move sensors to their bearings, away from its nodes"
+    return (
+        "the rotor bends: enter its measured [damping], and move sensors to their bearings, away from nodes of the mode"
+    )
 
 
 def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
@@ -174,6 +176,6 @@ def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
         largest = float(control_amplitude(machine, bearing, axis, speed / (2.0 * math.pi)))
         if demand > largest:
             yield (
-                f"{bearing}.{axis} saturates: its unbalance demands {demand:.3g} A at {speed * RPM:.0f} rpm, but "
+                f"{bearing}.{axis} saturates: the unbalance demands {demand:.3g} A at {speed * RPM:.0f} rpm, but "
                 f"controller, coils and amplifiers allow only {largest:.3g} A"
             )

@@ -110,8 +110,8 @@ class ContactLaws(DrawnResult):
         )
         return [
             table,
-            f"(4.3) as printed jumps to {jump} at the touch (A of Fig. 4.1) and pulls with {pull} before the mass "
-            f"leaves (B); in the plant no law pulls, and (4.13) touches with a force of {smooth}",
+            f"the force of (4.3) as printed jumps to {jump} at first contact (A in Fig. 4.1) and pulls with {pull} "
+            f"before the mass leaves (B); in the plant no law pulls, and (4.13) begins with a force of {smooth}",
         ]
 
 

@@ -100,7 +100,8 @@ class ControlComparison(DrawnResult):
             table.add_row(control, *(_cell(cell) for cell in cells))
         return [
             table,
-            f"runs free of contact at cycle {self.end_cycle:g} (%), and their median cycles to the last contact",
+            f"runs free of contact at cycle {self.end_cycle:g} (%), and their median number of cycles to the last "
+            "contact",
             f"unbalances times {self.unbalance_factor:g}; instants of the step: {self.instants}; H comes "
             "from the rotor model unless it is identified in the sampled loop",
         ]

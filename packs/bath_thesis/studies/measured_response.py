@@ -95,7 +95,7 @@ class SynchronousResponse(WarnedResult, DrawnResult):
         difference = np.abs(at.measured / at.sampled - 1.0).max()
         return [
             table,
-            f"measured and sampled model differ by {100.0 * difference:.2g} % at most",
+            f"the measurement and the sampled model differ by {100.0 * difference:.2g} % at most",
             *self.warning_lines(),
         ]
 

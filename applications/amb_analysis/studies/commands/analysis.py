@@ -220,7 +220,7 @@ add_study(
         type=int,
         default=4,
         show_default=True,
-        help="Runs with clearances differing by 1e-6; 50 if chaotic.",
+        help="Number of runs, with clearances 1e-6 apart; 50 if chaotic.",
     ),
     FLAVOUR,
     shows_progress=True,

@@ -50,7 +50,7 @@ def draw(result: StabilityMargin) -> Figure:
         Line2D([], [], color=ORANGE, ls="", marker="o", ms=3, label="measured in the co-simulation"),
     ]
     if result.frequencies[-1] > HIGHEST:
-        handles.append(Line2D([], [], **STANDARD_ENDS, label=f"{frequency_text(HIGHEST)}, the end of ISO 14839-3"))
+        handles.append(Line2D([], [], **STANDARD_ENDS, label=f"{frequency_text(HIGHEST)}, upper limit of ISO 14839-3"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     _draw_nyquist(right.subplots(), result)
     write_title(

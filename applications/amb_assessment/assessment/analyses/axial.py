@@ -44,7 +44,11 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     cases = load_cases(subject)
     measured += _measured(subject, cases)
     beyond = [f"{load:.4g} N" for load in static_forces(subject)[1]]
-    notes = [f"The bearing cannot carry {' and '.join(beyond)}, so there is no loop."] if beyond else []
+    notes = (
+        [f"The bearing cannot carry {' and '.join(beyond)}, so the loop is not assessed under such loads."]
+        if beyond
+        else []
+    )
     rows = tuple(_row(case) for case in cases)
     tables = (ResultTable("The axial loop under the static forces that it carries", HEADS, rows),) if rows else ()
     return AnalysisResult(tuple(measured), (), tables, (*notes, *_notes(subject, bearing, weight)))
@@ -146,7 +150,7 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
         )
         if bearing.is_corner_computed:
             iron += (
-                " The corner follows from the material by a formula of this project. Up to 1 kHz, this lag agrees "
+                " The corner is computed from the material by a formula of this project. Up to 1 kHz, this lag agrees "
                 "with the lag of the magnetic field within 13 % for a relative permeability of 500 or more, and within "
                 "30 % for 200. Prefer a measured corner."
             )

@@ -57,7 +57,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         )
     notes += [
         f"Stability: all poles, including drifts without vibration, at all speeds from 0 to {rpm(speed.tripping):.0f} "
-        "rpm; stages without a table over speed have their coefficients at the largest speed."
+        "rpm; for stages without a table over speed, the coefficients at the largest speed are used."
     ]
     if subject.file.has_synchronous_control:
         notes.append("The scenario's synchronous control (rolac_enable) is off in all parts of this assessment.")

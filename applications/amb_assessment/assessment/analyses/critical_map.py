@@ -56,10 +56,9 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     )
     notes = (
         "The rotor is undamped and on equal, isotropic supports, without seals and stages; whirl is forward and "
-        "synchronous. The "
-        "bearings' stiffness is the real part of force over displacement (controller, hold, delay, amplifier and "
-        "magnet, and passive coefficients) for parallel motion of the rotor, for each axis if they differ; "
-        "negative values are not shown.",
+        "synchronous. The stiffness of a bearing is the real part of force over displacement for parallel motion of "
+        "the rotor; it includes controller, hold, delay, amplifier, magnet and passive coefficients. If the axes of a "
+        "bearing differ, each is shown; negative values are not shown.",
     )
     return AnalysisResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
 

@@ -72,9 +72,9 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     grade = 1e3 * subject.file.balancing.speed
     notes = (
         f"Unbalance: {1e6 * total:.4g} g mm, of balancing grade G {grade:g} at the largest speed (ISO 21940-11), "
-        "placed for each mode as for the response; at each speed, the values are those of the worst mode. The current "
-        "is the controller's demand, within the controller's limits and the range of its DAC; coils follow it within "
-        "the voltage limit R I_0 + I |R + j Omega L| <= V.",
+        "placed for each mode as in the unbalance response; at each speed, the values are those of the worst mode. The "
+        "current is the controller's demand, within the controller's limits and the range of its DAC; coils follow "
+        "it within the voltage limit R I_0 + I |R + j Omega L| <= V.",
     )
     return AnalysisResult(tuple(measured), panels, (ResultTable("Largest demands", heads, tuple(rows)),), notes)
 

@@ -36,9 +36,10 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     notes = (
         "The numbers are the shape at the magnet and at the sensor, relative to its maximum. If they differ in sign, "
         "a node lies between magnet and sensor, and the magnet acts on this mode with the wrong sign: the mode "
-        "requires the opposite phase. The reach is the square root of the magnitude of their product, with the sign of "
-        "the product, at the bearing that drives the mode most or, if none does, at the bearing that reaches it best. "
-        "Modes above the judged frequency are listed without a verdict.",
+        "requires the opposite phase. The reach is the square root of the magnitude of the product of the two "
+        "numbers, with the sign of this product. It is taken at the bearing that drives the mode most or, if no "
+        "bearing drives the mode, at the bearing that reaches it best. Modes above the judged frequency are listed "
+        "without a verdict.",
     )
     title = "Shape at the magnet, and at its sensor"
     return AnalysisResult(tuple(measured), (_panel(subject, modes),), (ResultTable(title, heads, texts),), notes)

@@ -84,7 +84,7 @@ def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
     if has_no_gravity(subject):
         reason = "the machine has no gravity, so there is nothing to lift"
     reason = upright(subject) or reason
-    when = f"{BACK:g} s after the power returns" if again.outcome.failure is None else "where the run ends"
+    when = f"{BACK:g} s after the power returns" if again.outcome.failure is None else "when the run ends"
     where = f"{site}, {when}"
     return Quantity("relevitation", where, 100.0 * last[site], "%", {}, reason, reason)
 
@@ -113,7 +113,7 @@ def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]
         carried = sign * float(forces[FORCE_STEPS if step is None else max(step - 1, 0)])
         found.append((max(carried, 0.0), "along +z" if sign > 0.0 else "along -z"))
     value, where = min(found)
-    note = f"its capacity by formula, which ignores the limits of the controller, is {capacity:.4g} N"
+    note = f"the capacity of the bearing by formula, which ignores the limits of the controller, is {capacity:.4g} N"
     return (Quantity("axial_capacity", where, value, "N", {"capacity": capacity}, note),)
 
 
@@ -151,7 +151,7 @@ def _rising(
     accelerations = float(f"{sign}1") * STANDARD_GRAVITY * levels
     run, site, largest, step = _stepped(subject, Omega, inputs, f"base.a_{axis}", accelerations, OVERLOAD_TIME)
     if step is None:
-        overload = Quantity("overload", "no contact", MOST, "1", {}, f"the runs end after {MOST:g} g")
+        overload = Quantity("overload", "no contact", MOST, "1", {}, f"the overload rises to at most {MOST:g} g")
     else:
         where = f"{site} is touched first, along {sign}{axis}"
         overload = Quantity("overload", where, OVERLOAD_STEP * step, "1", {}, "in g")

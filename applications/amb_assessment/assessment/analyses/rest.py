@@ -110,7 +110,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"rest if it stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run "
         f"ends "
         f"at {100.0 * STOPPED:g} % of the initial speed, or after {longest(subject, LONGEST, MOST_STEPS):.4g} s at the "
-        f"latest. It ends earlier if the rotor would turn for longer than that and a run of half the duration "
+        f"latest. It ends earlier if the rotor would turn beyond that time and a run of half the duration "
         f"predicted the "
         f"same standstill within {100.0 * SAME_TIME:g} % and the same rest or steady rocking.",
         "In addition to friction, the machine's drag brakes the rotor: spin.drag (gas, windage), race_drag and "
@@ -225,7 +225,7 @@ def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speed
     share = 100.0 * abs(float(speeds[-1] / speeds[0]))
     basis = (
         f"extrapolated from {share:.3g} % of the speed, with the friction of the second half of the run; without "
-        f"its last quarter {other}"
+        f"the last quarter of the run: standstill {other}"
     )
     yield Quantity("standstill_time", "extrapolated", coasting.time, "s", {}, basis)
     yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + coasting.heat, "J", {}, basis)

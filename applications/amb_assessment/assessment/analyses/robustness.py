@@ -29,7 +29,9 @@ declare("sensitivity_varied", "1")
 
 SPEEDS = 9  # of a corner from zero to the trip speed, before refinement about the least stable one and least decrement
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
-UNSTABLE_CORNER = f"the loop is not stable, so its sensitivity is unbounded; the data contain {NO_SENSITIVITY:g}"
+UNSTABLE_CORNER = (
+    f"the loop is not stable, so its sensitivity is unbounded; the data contain {NO_SENSITIVITY:g} instead"
+)
 NO_BOUND = "without bound"
 
 

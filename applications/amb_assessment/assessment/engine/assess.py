@@ -180,7 +180,7 @@ class Assessment:
             return {}
         measured = {finding.measured.quantity for finding in self.findings}
         return {
-            item.key: f"no computed part contains {item.quantity} of this machine"
+            item.key: f"no computed part determines {item.quantity} for this machine"
             for item in self.own
             if item.quantity not in measured
         }
@@ -300,7 +300,7 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> AssessedMac
             f"machine {file.name} begins with a fault ({', '.join(faults)}); an assessment must begin without faults"
         )
     if len(subject.magnets) < 2:
-        count = f"{len(subject.magnets)} magnetic bearings under a controller"
+        count = f"too few magnetic bearings under a controller ({len(subject.magnets)})"
         raise ValueError(f"machine {file.name} has {count}; an assessment requires two or more")
     return subject
 

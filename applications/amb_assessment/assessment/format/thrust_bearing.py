@@ -119,7 +119,9 @@ class ThrustBearing(Table):
             both = f"{', '.join(OF_GEOMETRY)}, or the {', '.join(OF_DATA_SHEET)} of a data sheet"
             raise ValueError(f"the thrust bearing needs either {both}")
         if sheet and self.iron is not None and self.iron.corner is None:
-            raise ValueError("iron of a thrust bearing with k_i and k_s needs corner, because its gap is not stated")
+            raise ValueError(
+                "iron of a thrust bearing with k_i and k_s needs corner, because the gap of the bearing is not stated"
+            )
         try:
             _ = self.bearing
             omega_b, (low, high) = self.amplifier_bandwidth, self.thrusts
