@@ -44,11 +44,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     cases = load_cases(subject)
     measured += _measured(subject, cases)
     beyond = [f"{load:.4g} N" for load in static_forces(subject)[1]]
-    notes = (
-        [f"The bearing cannot carry {' and '.join(beyond)}, so the loop is not assessed under such loads."]
-        if beyond
-        else []
-    )
+    notes = [f"The bearing cannot carry {' and '.join(beyond)}, so there is no loop."] if beyond else []
     rows = tuple(_row(case) for case in cases)
     tables = (ResultTable("The axial loop under the static forces that it carries", HEADS, rows),) if rows else ()
     return AnalysisResult(tuple(measured), (), tables, (*notes, *_notes(subject, bearing, weight)))
