@@ -79,7 +79,9 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
             advice = "; with decimal commas, columns must be separated by semicolons" if is_longer else ""
             if len(headings) == 1:
                 advice += f"; the first line that is not a comment, {headings[0][:SHOWN]!r}, must contain the headings"
-            expected = f"{len(headings)} values like the headings, separated by {SEPARATORS.get(separator, separator)}"
+            expected = (
+                f"{len(headings)} values, one for each heading, separated by {SEPARATORS.get(separator, separator)}"
+            )
             raise ValueError(f"row {k} of {name} must have {expected}; it has {len(row)}{advice}")
     if duplicates := repeated(headings):
         raise ValueError(f"{name} has two columns called {duplicates[0]!r}; headings must be unique")

@@ -129,7 +129,7 @@ def read_text(source: Path | Traversable, name: str, largest: int = LARGEST) -> 
             f"{name} cannot be read: it is not {what} text (byte {error.start}); save it as UTF-8"
         ) from error
     if "\0" in text:
-        raise ValueError(f"{name} cannot be read: it contains zero bytes, like UTF-16 and UTF-32; save it as UTF-8")
+        raise ValueError(f"{name} cannot be read: it contains zero bytes, as UTF-16 and UTF-32 do; save it as UTF-8")
     return text
 
 

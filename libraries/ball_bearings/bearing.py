@@ -95,7 +95,9 @@ class BallBearing:
         require(self.clearance < D, "clearance", f"{self.clearance:g} m", f"< ball_diameter = {D:g} m")
         pressure = self.pressure(float(np.max(self.ball_loads(np.zeros(3)))))
         what, value = ("preload", f"{self.preload:g} N") if self.preload else ("clearance", f"{self.clearance:g} m")
-        allowed = f"less: at rest it loads the balls to {pressure / 1e6:.0f} MPa, and 4200 MPa leaves marks"
+        allowed = (
+            f"smaller: at rest it loads the balls to {pressure / 1e6:.0f} MPa, and a pressure of 4200 MPa leaves marks"
+        )
         require(pressure < PRESSURE_LIMIT, what, value, allowed)
 
     @cached_property
@@ -178,7 +180,12 @@ class BallBearing:
             return 0.0
         largest_displacement = 0.5 * self.ball_diameter
         limit = -float(self.force(np.array([largest_displacement, 0.0, 0.0]))[0])
-        require(force < limit, "force", f"{force:g} N", f"< {limit:.3g} N, which presses the balls through the races")
+        require(
+            force < limit,
+            "force",
+            f"{force:g} N",
+            f"< {limit:.3g} N, the force that presses the balls through the races",
+        )
 
         def excess(x: float) -> float:
             return -float(self.force(np.array([x, 0.0, 0.0]))[0]) - force
@@ -207,7 +214,7 @@ class BallBearing:
                 return -float(self.force(np.array([x, 0.0, z]))[2]) - abs(axial)
 
             limit = excess(most) + abs(axial)
-            allowed = f"less than {limit:.3g} N, which presses the balls through the races"
+            allowed = f"less than {limit:.3g} N, the force that presses the balls through the races"
             require(abs(axial) < limit, "axial force", f"{axial:g} N", allowed)
             return float(brentq(excess, 0.0, most, xtol=1e-15))
 
@@ -217,7 +224,12 @@ class BallBearing:
         x = 0.0
         if radial > 0.0:
             limit = excess(most) + radial
-            require(radial < limit, "force", f"{radial:g} N", f"< {limit:.3g} N, which presses the balls through")
+            require(
+                radial < limit,
+                "force",
+                f"{radial:g} N",
+                f"< {limit:.3g} N, the force that presses the balls through the races",
+            )
             x = float(brentq(excess, 0.0, most, xtol=1e-15))
         return np.array([x, 0.0, math.copysign(axial_at(x), axial)])
 

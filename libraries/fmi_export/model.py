@@ -96,7 +96,9 @@ class Model:
         if self.interface.variables[-1].name != FAULT_CODE:
             raise ValueError(f"{self.name}: the last output must be {FAULT_CODE}")
         if len(self.parts) > MOST_PARTS:
-            raise ValueError(f"{self.name}: {len(self.parts)} components is not allowed; it must be <= {MOST_PARTS}")
+            raise ValueError(
+                f"{self.name}: {len(self.parts)} components are not allowed; there must be <= {MOST_PARTS}"
+            )
 
     @property
     def compiled(self) -> tuple[Model, ...]:

@@ -110,10 +110,11 @@ class Variable:
             len(self.enumeration.items) - 1,
         ):
             raise ValueError(
-                f"{self.name} must be an Integer of all values of {self.enumeration.name}; see `enumerated`"
+                f"{self.name} must be an Integer from the first to the last value of "
+                f"{self.enumeration.name}; see `enumerated`"
             )
         if self.warning and (self.causality, self.type) != ("output", "Boolean"):
-            raise ValueError(f"{self.name} cannot be a warning; a Boolean output can")
+            raise ValueError(f"{self.name} cannot be a warning; only a Boolean output can")
 
     @property
     def variability(self) -> str:

@@ -101,7 +101,9 @@ class Matrices:
             If the node has no translations here.
         """
         if node not in self.translations:
-            raise ValueError(f"node {node} has no translations here; there are {sorted(self.translations)}")
+            raise ValueError(
+                f"node {node} has no translations here; the nodes with translations are {sorted(self.translations)}"
+            )
         at = np.ix_(self.translations[node], self.translations[node])
         M, K, C = self.M.copy(), self.K.copy(), self.C.copy()
         K[at] += stiffness
@@ -112,7 +114,7 @@ class Matrices:
     def slopes_at(self, node: int) -> tuple[Array, Array]:
         """Return the maps from the coordinates to x' and y' of a node, and from moments at it to the coordinates."""
         if node not in self.translations and self.slopes is None:
-            raise ValueError(f"node {node} has no slopes here; there are {sorted(self.translations)}")
+            raise ValueError(f"node {node} has no slopes here; the nodes with slopes are {sorted(self.translations)}")
         if self.slopes is None:
             selection = np.eye(self.size)[[row + 2 for row in self.translations[node]]]
             return selection, selection.T

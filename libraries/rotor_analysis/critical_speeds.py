@@ -47,7 +47,7 @@ def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) ->
     from scipy.linalg import eigh
 
     if len(springs) < 2 or min(springs.values()) <= 0.0:
-        raise ValueError(f"springs = {dict(springs)} N/m are not allowed; they must be two or more, > 0 N/m")
+        raise ValueError(f"springs = {dict(springs)} N/m are not allowed; there must be two or more, all > 0 N/m")
     M, K = free.M[::2, ::2], free.K[::2, ::2].copy()
     G_1 = free.G[::2, 1::2]  # G has G_1 times [[0, 1], [-1, 0]] over x and y
     row = {node: rows[0] // 2 for node, rows in free.translations.items()}

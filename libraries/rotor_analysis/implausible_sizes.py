@@ -41,7 +41,7 @@ def implausible_sizes(rotor: Rotor) -> tuple[str, ...]:
     inertias = []
     for body in (body for body in rotor.bodies if body.mass > 0.0):
         radius, rod = (math.sqrt(a / body.mass) for a in (2.0 * body.polar_inertia, 12.0 * body.diametral_inertia))
-        of = f"with mass and inertia of {body.name}"
+        of = f"with the mass and inertia of {body.name}"
         inertias.append(_above(f"radius of a disc {of}", radius, WIDEST, "m"))
         inertias.append(_above(f"length of a rod {of}", rod, LONGEST, "m"))
     small = _below("length of the shaft", length, SHORTEST, "m")

@@ -202,11 +202,11 @@ class Bearing(_Placed):
     mass: Annotated[TensorOrNumber, Unit("kg")] = NO_TENSOR
     """2 x 2 mass that moves with the shaft (of a fluid), or a number (kg)."""
     whirl_frequency: Annotated[Speed, Ge(0.0)] | None = None
-    """Whirl frequency at which frequency-dependent coefficients were taken; results state it. In a file, a text with
+    """Whirl frequency at which frequency-dependent coefficients were taken; results report it. In a file, a text with
     its unit, such as `"75 Hz"`."""
     tilt_stiffness: Annotated[TensorOrNumber, Unit("N m/rad")] = NO_TENSOR
-    """2 x 2 stiffness against tilt [[xx, xy], [yx, yy]] or a number (N m/rad). A negative number tilts the shaft
-    further."""
+    """2 x 2 stiffness against tilt [[xx, xy], [yx, yy]] or a number (N m/rad). A negative stiffness increases
+    the tilt."""
     tilt_damping: Annotated[TensorOrNumber, Unit("N m s/rad")] = NO_TENSOR
     """2 x 2 damping of tilt or a number (N m s/rad)."""
 
@@ -320,11 +320,12 @@ class Face(_Placed):
     stops: Literal["-z", "+z"]
     """Direction of motion that the face stops: towards smaller or larger z."""
     clearance: Length
-    """Distance along the shaft to its seat, with the rotor in the middle."""
+    """Axial distance of the face from its seat, with the rotor in the middle."""
     radius: Size
-    """Mean radius of the ring on which it lands."""
+    """Mean radius of the ring on which the face lands."""
     retainer: Name | None = None
-    """Contact site of the retainer on which it lands; the face turns its race, moves its housing and heats both."""
+    """Contact site of the retainer on which the face lands. The face turns the race of this retainer, moves its
+    housing and heats both."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft gets a node there."""
 

@@ -76,7 +76,9 @@ def read_saved(path: Path, frequency: float | None = None) -> SavedRotor:
     for reason, tag in _unsupported(rotor, frequency):
         by_reason.setdefault(reason, []).append(tag)
     if by_reason:
-        lines = (f"{name}: {reason} ({_few(tags)}); a rotor file has no such" for reason, tags in by_reason.items())
+        lines = (
+            f"{name}: {reason} ({_few(tags)}); a rotor file cannot contain this" for reason, tags in by_reason.items()
+        )
         raise ValueError("\n".join(lines))
     return rotor
 
@@ -103,7 +105,7 @@ def _unsupported(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[s
         count = len(bearing.speed or bearing.frequency or [0.0])
         settings = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]
         if any(len(values) != count for values in settings if values):
-            yield "a different number of coefficients than of speeds", bearing.tag
+            yield "coefficients that differ in number from the speeds", bearing.tag
 
 
 def _unsupported_in_shaft(elements: list[SavedShaftElement]) -> Iterator[tuple[str, str]]:

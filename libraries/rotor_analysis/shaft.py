@@ -61,7 +61,9 @@ class Shaft:
         require(len(self.nodes) >= 2 and ascending, "nodes", f"{list(self.nodes)} m", "ascending, two or more")
         shortest = SHORTEST * (self.nodes[-1] - self.nodes[0])
         for a, b in pairwise(self.nodes):
-            apart = f"{shortest:.2g} m apart or more, including the ends of sections and the positions of parts"
+            apart = (
+                f"{shortest:.2g} m apart or more; the ends of sections and the positions of parts also count as nodes"
+            )
             require(b - a >= shortest, "nodes", f"{a!r} m, {b!r} m", apart)
         if len(self.material) == 1:
             object.__setattr__(self, "sleeves", _of_material(self.sleeves, self.material[0]))

@@ -78,14 +78,14 @@ class ThrustDisc:
         r_i, r_o = self.inner_radius, self.outer_radius
         _check_radii(r_i, r_o)
         largest = 0.5 * math.pi * (r_o**2 - r_i**2)
-        allowed = f"> 0 m2 and < {largest:.4g} m2, half the area between both radii"
+        allowed = f"> 0 m2 and < {largest:.4g} m2, half the area between the radii"
         require(0.0 < self.pole_area < largest, "pole_area", f"{self.pole_area:g} m2", allowed)
         require_positive(self, gap="m", turns="", bias_current="A", saturation="T")
         limit = self.current_limit
         allowed = f"> bias_current = {self.bias_current:g} A"
         require(self.bias_current < limit < math.inf, "current_limit", f"{limit:g} A", allowed)
         density = mu_0 * self.turns * self.bias_current / (2.0 * self.gap)
-        allowed = f"less: it causes {density:.3g} T in the gap, and the iron saturates at {self.saturation:g} T"
+        allowed = f"smaller: it causes {density:.3g} T in the gap, and the iron saturates at {self.saturation:g} T"
         require(density < self.saturation, "bias_current", f"{self.bias_current:g} A", allowed)
 
     @property

@@ -149,7 +149,7 @@ def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None
             for line in str(error).splitlines():
                 click.echo(f"warning: pack {pack}: {line}", err=True)
         elif warned[pack] == MOST_FILES + 1:
-            click.echo(f"warning: pack {pack}: more of its files are invalid", err=True)
+            click.echo(f"warning: pack {pack}: further files of this pack are invalid", err=True)
         return None
 
 

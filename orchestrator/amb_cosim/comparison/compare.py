@@ -245,7 +245,7 @@ def _for_each(value: Any, count: int, name: str) -> list[Any]:
     if not _is_each(value):
         return [value] * count
     if len(value) != count:
-        raise ValueError(f"{name} for {len(value)} of {count} runs; set one for all, or one for each")
+        raise ValueError(f"{name} has {len(value)} values for {count} runs; set one for all runs, or one for each run")
     return list(value)
 
 

@@ -95,7 +95,7 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
         set_orbit_axes(panel, fitted(_title(runs, bearing_title, bearing), 3.5), _reach(panel), right)
         mark_axes(panel, first)
     panels[0].set_ylabel(up)
-    return _with_legend(figure, f"Orbits, the last {LAST_TURNS} cycles thick", panels[0], runs)
+    return _with_legend(figure, f"Orbits (thick: last {LAST_TURNS} cycles)", panels[0], runs)
 
 
 def displacement(runs: Runs, bearings: list[str]) -> Figure:

@@ -82,12 +82,12 @@ def _laws(content: Mapping[str, Any], step: float | None) -> Law | dict[float, L
     matrices = {name: np.asarray(content[name]) for name in MATRICES}
     for name, matrix in matrices.items():
         if matrix.dtype.kind not in "fiuc":  # NumPy also converts dates, truth values and records of one field
-            raise ValueError(f"{name} of type {matrix.dtype} is not allowed; it must be numbers")
+            raise ValueError(f"{name} of type {matrix.dtype} is not allowed; it must contain numbers")
     if "speeds" not in content:
         return Law(**matrices, sample_time=step)
     speeds = np.ravel(content["speeds"])
     if speeds.dtype.kind not in "fiu" or not len(speeds):
-        raise ValueError("speeds is not allowed; it must be numbers in rad/s")
+        raise ValueError("speeds is not allowed; it must contain numbers in rad/s")
     for name, matrix in matrices.items():
         if matrix.ndim != 3 or matrix.shape[2] != len(speeds):
             raise ValueError(

@@ -63,8 +63,8 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
     if law.sample_time is not None:
         if law.sample_time != 0.0 and abs(law.sample_time / sample_time - 1.0) > 1e-9:
             raise ValueError(
-                f"a law sampled at {law.sample_time:g} s is not allowed with sample_time = {sample_time:g} s; they "
-                "must be the same"
+                f"a law sampled at {law.sample_time:g} s is not allowed with sample_time = {sample_time:g} s; the "
+                "sample times must be equal"
             )
         return law
     if prewarp is not None and method != "tustin":
@@ -76,7 +76,7 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
             f"{nyquist:g} rad/s"
         )
     if method == "matched" and law.D.shape != (1, 1):
-        raise ValueError("matched is not allowed for several signals or demands; it requires one of each")
+        raise ValueError("matched is not allowed for several signals or demands; it requires one signal and one demand")
     return _sampled(law, sample_time, method, prewarp) if len(law.A) else replace(law, sample_time=sample_time)
 
 

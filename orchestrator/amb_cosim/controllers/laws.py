@@ -112,7 +112,9 @@ def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
         if not np.isfinite(roots).all():
             raise ValueError(f"{name} = {roots} is not allowed; they must be finite")
     if len(z) > len(p):
-        raise ValueError(f"{len(z)} zeros with {len(p)} poles is not allowed; there must be at least as many poles")
+        raise ValueError(
+            f"{len(z)} zeros with {len(p)} poles is not allowed; there must be at least as many poles as zeros"
+        )
     if not np.isfinite(gain):
         raise ValueError(f"gain = {gain} is not allowed; it must be finite")
     if not len(p):
@@ -225,7 +227,9 @@ def _numbers(name: str, value: Any) -> Any:
 def _matrix(name: str, value: Any) -> Array:
     matrix = _numbers(name, value)
     if matrix.ndim != 2:
-        raise ValueError(f"{name} of shape {matrix.shape} is not allowed; it must have rows and columns")
+        raise ValueError(
+            f"{name} of shape {matrix.shape} is not allowed; it must have two dimensions, rows and columns"
+        )
     if not np.isfinite(matrix).all():
         raise ValueError(f"{name} contains numbers that are not finite")
     return np.ascontiguousarray(matrix)

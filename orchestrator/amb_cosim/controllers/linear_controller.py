@@ -311,8 +311,8 @@ def _check_stable(laws: Mapping[float, Law]) -> None:
             where = f" at {speed:g} rad/s" if len(points) > 1 else ""
             how = " between the given speeds" if speed not in laws else ""
             raise ValueError(
-                f"a controller with a pole of magnitude {largest:.9g}{where}{how} is not allowed; it must be <= 1 in "
-                "the z plane, unless allow_unstable is set"
+                f"a controller with a pole of magnitude {largest:.9g}{where}{how} is not allowed; the magnitude must "
+                "be <= 1 in the z plane, unless allow_unstable is set"
             )
 
 
@@ -325,7 +325,7 @@ def _labels(
     if names is None:
         labels = getattr(law, attribute, None)
         if not labels or any("[" in label for label in labels):
-            raise ValueError(f"{argument} is missing; it must name the {kind} of this law, which has {count}")
+            raise ValueError(f"{argument} is missing; it must name the {kind} of this law, {count} in total")
         names = labels
     if not all(isinstance(name, str) for name in names):
         raise ValueError(f"{argument} = {names!r} is not allowed; it must be names")
@@ -341,7 +341,8 @@ def _starts(ports: Ports, gains: Any, offsets: Any, limits: Any, delay: float) -
         pairs = np.asarray(limits, dtype=np.float64)
         if pairs.shape not in ((2,), (len(ports.demands), 2)):
             raise ValueError(
-                f"limits of shape {pairs.shape} are not allowed; state (lower, upper) in A, for all demands or for each"
+                f"limits of shape {pairs.shape} are not allowed; state (lower, upper) in A, once for "
+                "all demands or once for each"
             )
         settings |= {"lower": pairs[..., 0], "upper": pairs[..., 1]}
     for name, values in settings.items():

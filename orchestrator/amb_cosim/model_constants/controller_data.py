@@ -52,8 +52,8 @@ def inverse_receptance(receptance: ArrayLike) -> Complex:
     condition = condition_number(receptance)
     if condition > MAX_CONDITION:
         raise ValueError(
-            f"a receptance of condition number {condition:.3g} is not allowed; it must be at most {MAX_CONDITION:g}, "
-            "so that every combination of forces moves the sensors"
+            f"a receptance of condition number {condition:.3g} is not allowed; the number must be at most "
+            f"{MAX_CONDITION:g}, so that every combination of forces moves the sensors"
         )
     return np.asarray(-np.linalg.pinv(_checked(receptance), rcond=0.0), dtype=np.complex128)
 
@@ -94,11 +94,11 @@ def pack(loop: ControlLoop, speeds: ArrayLike, receptances: ArrayLike, orders: S
         raise ValueError(f"speeds = {omega} rad/s is not allowed; they must be > 0 rad/s, finite and ascending")
     allowed = range(1, LARGEST_ORDER + 1)
     if not orders or any(n not in allowed for n in orders) or list(orders) != sorted(set(orders)):
-        raise ValueError(f"orders = {list(orders)} is not allowed; they must ascend, from 1 to {LARGEST_ORDER}")
+        raise ValueError(f"orders = {list(orders)} is not allowed; they must ascend and be from 1 to {LARGEST_ORDER}")
     shape = (omega.size, *loop.shape)
     if r.shape not in ((len(orders), *shape), *((shape,) if len(orders) == 1 else ())):
         raise ValueError(
-            f"receptances of shape {r.shape} is not allowed; {omega.size} speeds need "
+            f"receptances of shape {r.shape} are not allowed; {omega.size} speeds require the shape "
             f"{shape if len(orders) == 1 else (len(orders), *shape)}"
         )
     by_order = r.reshape(len(orders), *shape)

@@ -137,7 +137,7 @@ class ReceptanceTable:
             f"axes = {_list(self.axes)}",
             f"entries = {len(self.entries)}",
             "",
-            "[loop] # parameters of the controller for which they hold",
+            "[loop] # parameters of the controller for which the receptances hold",
             *(f"{_quoted(name)} = {value!r}" for name, value in self.parameters.items()),
         ]
         return "\n".join([*head, *(line for entry in self.entries for line in _lines(entry))]) + "\n"
@@ -253,7 +253,7 @@ class _Receptance:
     def __post_init__(self) -> None:
         if self.real.shape != self.imaginary.shape:
             raise ValueError(
-                f"real is {_shape(self.real)} and imaginary {_shape(self.imaginary)}; they must be the same"
+                f"real is {_shape(self.real)} and imaginary {_shape(self.imaginary)}; the sizes must be equal"
             )
         if (self.inner_real is None) != (self.inner_imaginary is None):
             raise ValueError("inner_real and inner_imaginary must both be set, or neither")
@@ -302,7 +302,7 @@ class _ReceptanceFile:
                 )
         keys = [(entry.order, entry.speed) for entry in self.receptance]
         if keys != sorted(set(keys)):
-            raise ValueError("receptance must ascend in order and speed")
+            raise ValueError("the receptances must ascend, first in order and then in speed")
 
 
 def _shape(matrix: Array) -> str:

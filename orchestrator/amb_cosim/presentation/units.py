@@ -122,7 +122,7 @@ def parse_units(text: str) -> dict[str, str]:
             raise ValueError(f"units = {name!r} is not allowed; it must be one of {', '.join(QUANTITIES)}")
         quantity = QUANTITIES[name]
         if quantity in result:
-            raise ValueError(f"units = {text!r} is not allowed; it must have one unit of {quantity}")
+            raise ValueError(f"units = {text!r} is not allowed; it must have only one unit of {quantity}")
         result[quantity] = name
     return result
 

@@ -45,7 +45,7 @@ def warnings_beyond_reduction(dataset: Signals) -> list[str]:
     limit, allowed = frequency_unit().text(places(dataset).valid_to or 0.0), f"{100.0 * WARNED_SHARE:.3g} %"
     return [
         f"much of the contact force's power is above {limit}, where the reduced rotor is no longer accurate: "
-        f"{', '.join(warned)}, where {allowed} is allowed; retain more modes in the reduction"
+        f"{', '.join(warned)} (allowed: {allowed}); retain more modes in the reduction"
     ]
 
 

@@ -165,8 +165,8 @@ def notices_of_start(dataset: Signals) -> list[str]:
         return []
     falls = ", ".join(f"{name_label(place)} {percent:.2g} %" for place, percent in falling.items())
     return [
-        f"the largest orbit belongs to the transient at the start, and falls by {falls} after the first cycle; "
-        "increase settle_cycles"
+        f"the largest orbit belongs to the transient at the start and shrinks after the first cycle "
+        f"(reduction: {falls}); increase settle_cycles"
     ]
 
 

@@ -87,7 +87,7 @@ def select(
     if not within.any():
         limits = f"{time[0]:.6g} s to {time[-1]:.6g} s" if len(time) else "nothing"
         raise ValueError(
-            f"no sample lies between {begin or 'the beginning'} and {until or 'the end'}; there is {limits}"
+            f"no sample lies between {begin or 'the beginning'} and {until or 'the end'}; the record covers {limits}"
         )
     return Selection(dataset, tuple(chosen) or tuple(available), within)
 

@@ -90,12 +90,12 @@ class Scenario(Table):
     `ReceptanceTable`.
     """
     gradient: bool = True
-    """Whether the magnetic force follows the rotor within a communication step, by its gradient."""
+    """Whether the magnetic force follows the rotor within a communication step, by way of the force gradient."""
     coupling: Coupling | None = None
     """Order in which the components step; default: the system's order."""
     communication_step: Value | None = None
-    """Step after which values are exchanged. The default is 250 us, or 25 us in Jacobi order; there, a controller with
-    the parameter `prediction_time` predicts two steps ahead unless this parameter is set.
+    """Step after which values are exchanged. The default is 250 us, or 25 us in Jacobi order. In Jacobi order, a
+    controller with the parameter `prediction_time` predicts two steps ahead unless `prediction_time` is set.
     """
     Omega: Value
     """Speed up to cycle 0, and afterwards unless `speed` has points. A file states its unit; a number is in rad/s."""
@@ -107,9 +107,9 @@ class Scenario(Table):
     gravity_angle: Value = "225 deg"
     """Direction of gravity, from x towards y."""
     tilt: Value = 0.0
-    """Angle of the shaft above the horizontal, positive with the end of largest z up; 90 deg is a vertical machine.
-    Gravity acts across the shaft with its cosine and along it with its sine. A rotor with `[thrust_disc]` in its file
-    moves along the shaft.
+    """Angle of the shaft above the horizontal, positive if the end with the largest z is up; 90 deg is a vertical
+    machine. Gravity acts across the shaft with its cosine and along it with its sine. A rotor with `[thrust_disc]` in
+    its file moves along the shaft.
     """
     settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
     """Revolutions before cycle 0 in which the motion settles. The rotor angle at cycle 0 is `initial.angle` of the
@@ -121,8 +121,8 @@ class Scenario(Table):
     loop or nonlinear forces, or if housings or races move or the speed changes.
     """
     end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
-    """End of the run in cycles; set this or `end_time`. Either replaces the end of a base. A `stop` may end the
-    run earlier."""
+    """End of the run in cycles; set this or `end_time`. Either one replaces the end that the base states. A `stop` may
+    end the run earlier."""
     end_time: Value | None = None
     """End of the run in seconds."""
     unbalance_factor: float = Field(default=1.0, gt=0.0, le=1e9)

@@ -116,9 +116,9 @@ class Stop(Table):
     variable: str
     """An output, or an input that the scenario sets, by its name in the data set."""
     above: Value | None = None
-    """Lower limit of the signal; set either this or `below`."""
+    """Value that the signal must exceed; set either this or `below`."""
     below: Value | None = None
-    """Upper limit of the signal."""
+    """Value below which the signal must fall."""
     hold_cycles: Cycles | None = None
     """Duration of the condition in cycles; by default a single point suffices."""
     hold_time: Value | None = None

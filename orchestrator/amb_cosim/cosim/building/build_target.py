@@ -39,7 +39,7 @@ class BuildTarget:
         if self.flavour == "python" and self.fmi != 2:
             raise ValueError("FMI 3.0 requires native FMUs; PythonFMU supports only FMI 2.0")
         if self.flavour == "python" and self.sources:
-            raise ValueError("--sources requires native FMUs; those of flavour python contain their Python code")
+            raise ValueError("--sources requires native FMUs; FMUs of flavour python contain their Python code")
 
     def fmu(self, model: Model, constants: Array) -> bytes:
         """Return the FMU of a model with its constants."""

@@ -123,7 +123,9 @@ class TextVariable:
             If it is not allowed; the message begins with `name`.
         """
         if self.size != 1:
-            raise ValueError(f"{name} is an array of type {self.type}, which cannot be set; scalars can")
+            raise ValueError(
+                f"{name} is an array of type {self.type}, which cannot be set; only scalars of this type can"
+            )
         if not isinstance(raw, str):
             raise ValueError(f"{name} = {raw} is not allowed; it is a {self.type} and must be text in quotes")
         if self.type == "String":

@@ -39,7 +39,10 @@ def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
     place = folder / "binaries" / platform
     if not (place / f"{identifier}{fmpy.sharedLibraryExtension}").is_file():
         present = sorted(path.name for path in folder.glob("binaries/*"))
-        raise ValueError(f"{what} has no library {identifier} for {platform}; it has {', '.join(present) or 'none'}")
+        raise ValueError(
+            f"{what} has no library {identifier} for {platform}; "
+            f"it has libraries for {', '.join(present) or 'no platform'}"
+        )
     for library in place.glob(f"*{fmpy.sharedLibraryExtension}"):
         if PYTHONFMU in library.read_bytes():
             _check_script(folder / "resources", what)

@@ -79,7 +79,7 @@ def nearest_point(name: str, time: float, h: float, start: float = 0.0) -> int:
         If it is not a time, or more than `MOST_STEPS` steps away.
     """
     if not abs((time - start) / h) <= MOST_STEPS:
-        limit = f"{MOST_STEPS * h:g} s, {MOST_STEPS:.0e} steps of {h:g} s"
+        limit = f"{MOST_STEPS * h:g} s ({MOST_STEPS:.0e} steps of {h:g} s)"
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be within {limit}")
     return round(in_steps(time, h, start))
 

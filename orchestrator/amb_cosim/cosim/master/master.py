@@ -237,10 +237,13 @@ class Master(Generic[P]):
         for component in self.components:
             if component.every > 1 and self.coupling == "iterative":
                 raise ValueError(
-                    f"{component.name} steps every {component.every} points; iterative coupling requires every point"
+                    f"{component.name} steps every {component.every} points; iterative coupling requires a "
+                    "step at every point"
                 )
             if first % component.every:
-                raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")
+                raise ValueError(
+                    f"{component.name} steps every {component.every} points and cannot start at point {first}"
+                )
 
     def _gauss_seidel(self, n: int, first: int = 0) -> None:
         """Step from point n, starting with component `first`."""

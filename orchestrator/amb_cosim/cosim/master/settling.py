@@ -293,7 +293,7 @@ def _turning(parts: Sequence[StateMap]) -> StateMap:
     """Return the part with an angle; raises CannotSettle unless exactly one part has an angle."""
     turning = [part for part in parts if part.angle is not None]
     if len(turning) != 1:
-        raise CannotSettle(f"{len(turning)} components output a rotor angle; there must be one")
+        raise CannotSettle(f"{len(turning)} components output a rotor angle; there must be exactly one")
     return turning[0]
 
 
@@ -322,5 +322,5 @@ def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
     worst = int(np.argmax(np.where(np.isnan(deviation), np.inf, deviation)))
     raise _OffOrbit(
         f"{names[worst]} does not move linearly: it deviates from the computed motion by {deviation[worst]:.2g} of the "
-        f"largest such signal; possible causes are noise, nonlinear forces and limits"
+        f"largest signal in the same unit; possible causes are noise, nonlinear forces and limits"
     )

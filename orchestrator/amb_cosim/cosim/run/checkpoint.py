@@ -152,7 +152,7 @@ class Checkpoint:
             If the states are held only in the memory of loaded FMUs.
         """
         if self.is_held:
-            raise ValueError("the state cannot be written, because its FMUs hold it in memory")
+            raise ValueError("the state cannot be written to a file, because the FMUs hold it in memory")
         head = {
             "version": VERSION,
             **{name: getattr(self, name) for name in Head.model_fields if name not in OF_FILE},

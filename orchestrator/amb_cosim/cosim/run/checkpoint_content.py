@@ -18,8 +18,8 @@ def check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) -> 
     """Raise ValueError if parts of a checkpoint contradict the run that its past describes."""
     if (start.step_size, start.start_time) != (plan.step_size, plan.start_time):
         raise ValueError(
-            f"{start.title} has steps of {start.step_size:g} s from {start.start_time:g} s; they must be "
-            f"{plan.step_size:g} s from {plan.start_time:g} s"
+            f"{start.title} has steps of {start.step_size:g} s that begin at {start.start_time:g} s; this run has "
+            f"steps of {plan.step_size:g} s that begin at {plan.start_time:g} s"
         )
     for part, names in (("states", start.states), ("warnings", start.warnings)):
         if missing := sorted({component.name for component in master.components} - names.keys()):
@@ -33,7 +33,7 @@ def check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) -> 
         raise ValueError(f"{start.title} has a different record; it must contain all points before the checkpoint")
     n, inputs = len(start.scales), len(master.scales) if master.coupling == "iterative" else 0
     if n != inputs:
-        raise ValueError(f"{start.title} scales {n} inputs, but the coupling {master.coupling} scales {inputs}")
+        raise ValueError(f"{start.title} has the scales of {n} inputs, but {master.coupling} coupling needs {inputs}")
 
 
 def check_numbers(start: Checkpoint, plan: Plan) -> None:

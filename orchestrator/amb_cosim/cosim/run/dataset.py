@@ -91,7 +91,7 @@ class Run:
         hint = (
             f"there are {', '.join(saved)}"
             if saved
-            else "run with save_at to save them; moments that the run did not reach are missing"
+            else "run with save_at to save checkpoints; moments that the run did not reach are missing"
         )
         raise ValueError(f"{'no moment is named' if moment is None else f'no checkpoint at {moment}'}; {hint}")
 
@@ -238,7 +238,7 @@ def _check_form(dataset: xr.Dataset) -> None:
     """
     for name, variable in dataset.variables.items():
         if variable.dims not in (("time",), (EACH_STEP,)) or variable.dims[0] not in dataset.coords:
-            raise ValueError(f"{name} must have the dimension time or {EACH_STEP}, with its coordinate")
+            raise ValueError(f"{name} must have the dimension time or {EACH_STEP}, and a coordinate for this dimension")
         n, shape = dataset.sizes[variable.dims[0]], np.shape(variable.values)
         if shape != (n,):  # h5netcdf does not compare them
             raise ValueError(f"{name} has the shape {shape}, which is not allowed; it must be ({n},)")
@@ -263,7 +263,7 @@ def _check_flags(name: str, attributes: Mapping[str, Any]) -> None:
     names, values = attributes.get(FLAG_NAMES), np.asarray(attributes.get(FLAGS, ()))
     if not isinstance(names, str) or values.dtype.kind not in "iu" or len(names.split()) != values.size:
         raise ValueError(
-            f"{FLAGS} and {FLAG_NAMES} of {name} are not allowed; each whole number must have only one name"
+            f"{FLAGS} and {FLAG_NAMES} of {name} are not allowed; each whole number must have exactly one name"
         )
 
 

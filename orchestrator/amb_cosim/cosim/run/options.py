@@ -64,7 +64,9 @@ class Saves:
         lacking = [name for name, interface in interfaces if not interface.saves_state] if self.held else unable
         if lacking and points:
             flag = "canGetAndSetFMUstate" if self.held else "canSerializeFMUstate"
-            raise ValueError(f"no checkpoint of {', '.join(lacking)} is possible: an FMU must have {flag}")
+            raise ValueError(
+                f"no checkpoint of {', '.join(lacking)} is possible: a checkpoint requires FMUs with {flag}"
+            )
         return replace(self, moments=(), points=tuple(points), file=None if unable else self.file)
 
 

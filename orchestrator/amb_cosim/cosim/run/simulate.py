@@ -95,13 +95,13 @@ def simulate(
     elif not isinstance(system, System):
         if step_size is not None or stop_time is not None:
             raise ValueError(
-                "step_size and stop_time are for SSP archives; in a system file they are in the experiment"
+                "step_size and stop_time are for SSP archives; a system file states them in its experiment"
             )
         if experiment is None:
             experiment = load_experiment(system)
         system = load_system(system)
     if experiment is None:
-        raise ValueError(f"system {system.name} needs an experiment, which defines its duration")
+        raise ValueError(f"system {system.name} needs an experiment that defines the duration of the run")
     taken = {name for component in system.components for name in options_of(component.fmu)}
     for name, value in options.items():
         if value is not None and name not in taken:  # the command line passes those that are not given as None

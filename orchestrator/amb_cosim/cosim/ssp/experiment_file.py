@@ -86,12 +86,12 @@ def notes(run: Described, has_start_values: bool) -> bytes:
     ]
     if rows:
         how = (
-            "connectors of the system"
+            "They are connectors of the system"
             if run.connectors
-            else "no connectors; initial values of inputs are their start values"
+            else "They have no connectors; the initial values of inputs are the start values of these inputs"
         )
         parts.append(
-            f"## Signals\n\nSignals that set several inputs, or change during the run; {how}.\n\n"
+            f"## Signals\n\nSignals that set several inputs, or change during the run. {how}.\n\n"
             "| signal | inputs | initial value |\n| --- | --- | --- |\n" + "\n".join(rows)
         )
     events = [

@@ -311,7 +311,7 @@ class FlatSystem:
         ports = (text,) if text is not None else ports or (interface.port(node.name, node.place),)
         if len(ports) != len(values):
             raise ValueError(
-                f"{self.what}: a parameter set has {len(values)} values for {node.text}, which has {len(ports)}"
+                f"{self.what}: a parameter set has {len(values)} values for {node.text}, which takes {len(ports)}"
             )
         for port, value in zip(ports, values, strict=True):
             if port.causality == "input":

@@ -66,7 +66,7 @@ def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInte
     outputs = [port.name for port in interfaces[source].of("output")]
     names = [name for name in matching_names(outputs, pattern) if f"{name}{ending}" in inputs]
     if not names and not link.inherited and link.option is None:
-        raise ValueError(f"no output of {source} that {pattern} matches is an input of {target}")
+        raise ValueError(f"no output of {source} that matches {pattern} is an input of {target}")
     for excluded in link.but:
         if not matching_names(inputs, excluded) and not link.inherited:
             raise ValueError(f"remove: {target} has no parameter or input {excluded!r}; {suggest(excluded, inputs)}")

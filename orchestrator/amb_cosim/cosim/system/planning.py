@@ -173,7 +173,7 @@ def _settling(experiment: Experiment, common: int) -> tuple[Settling, list[str]]
 
 def cannot_settle(reason: str) -> str:
     """Return the error message for a run that must solve for its settled motion but cannot."""
-    return f"settling = 'solved' is not allowed here: {reason}; settling = 'simulated' is"
+    return f"settling = 'solved' is not allowed here: {reason}; use settling = 'simulated'"
 
 
 def simulated_settling_notice(reason: str) -> str:

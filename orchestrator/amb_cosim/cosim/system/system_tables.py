@@ -80,7 +80,7 @@ class ProfileTable(Table):
     averaged over each step.
     """
     begin: Value = 0.0
-    """Time of the run at time 0 of the file."""
+    """Time in the run that corresponds to time 0 of the file."""
 
     @model_validator(mode="after")
     def _has_one_source(self) -> ProfileTable:
@@ -102,9 +102,9 @@ class StopTable(Table):
     variable: str
     """Output or input to check."""
     above: Value | None = None
-    """Lower limit; either this or `below`."""
+    """Value that the signal must exceed; set either this or `below`."""
     below: Value | None = None
-    """Upper limit."""
+    """Value below which the signal must fall."""
     hold_time: Value = 0.0
     """Duration for which the condition must hold; with 0, a single point suffices."""
     from_time: Value | None = None

@@ -109,7 +109,7 @@ def moment_of(raw: Raw, period: float | None) -> float:
     if word != "cycle":
         return time_of(raw, "moment", least=0.0)
     if period is None:
-        raise ValueError(f"a time at {raw} is not allowed without cycles; it must be a time, such as 0.3 s")
+        raise ValueError(f"{raw} is not allowed, because the run has no cycles; it must be a time, such as 0.3 s")
     cycle = quantity(number, "1", "moment in cycles")
     if not 0.0 <= cycle < math.inf:
         raise ValueError(f"a time at cycle {cycle:g} is not allowed; it must be 0 or later")

@@ -239,7 +239,7 @@ def _numbers(name: str, column: list[str]) -> Array:
     try:
         return np.array([[_number(item) for item in text.split()] for text in column], dtype=np.float64)
     except ValueError as error:
-        raise ValueError(f"the reference results of {name} are not numbers with the same count in each row") from error
+        raise ValueError(f"the reference results of {name} must be numbers, equally many in each row") from error
 
 
 def _largest_deviation(
