@@ -29,7 +29,7 @@ def cache(clear: bool) -> None:
         click.echo(
             f"removed {summary}"
             if clear
-            else f"{summary}; above {LIMIT / 2**30:g} GB the least recently used files are removed"
+            else f"{summary}; if the cache exceeds {LIMIT / 2**30:g} GB, the least recently used files are removed"
         )
 
 

@@ -106,7 +106,7 @@ def _laws(content: Mapping[str, Any], step: float | None) -> Law | dict[float, L
 def _starts(content: Mapping[str, Any]) -> dict[str, float]:
     names, values = _names("start_names", content["start_names"]), np.ravel(content.get("start_values", ()))
     if len(names) != len(values) or values.dtype.kind not in "fiu":
-        raise ValueError(f"start_values is not allowed; it must be {len(names)} numbers")
+        raise ValueError(f"start_values is not allowed; it must contain {len(names)} numbers")
     return dict(zip(names, map(float, values), strict=True))
 
 
