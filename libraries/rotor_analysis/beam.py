@@ -46,7 +46,7 @@ def stiffness(element: Element) -> Array:
 
 
 def consistent_translational_mass(element: Element) -> Array:
-    """Return the translational mass matrix based on the element's static deflection, shape (4, 4), kg and kg m.
+    """Return the translational mass matrix based on the element's static deflection, shape (4, 4), kg to kg m^2.
 
     The shape functions are Hermite cubics for Phi = 0 (Nelson and McVaugh 1976); with shear, they are those of Nelson
     1980.

@@ -22,8 +22,8 @@ METHOD = Enumeration(  # how a step was computed
         ("events", "partly by substeps, where no piece is smooth"),
         (
             "no_matrices",
-            "by substeps: fewer than 32 identical steps so far (one at the start), or speed or modes too fast for "
-            "matrices",
+            "by substeps, because there are no matrices: they need 32 equal steps (1 at the start), and neither the "
+            "speed nor a mode may be too fast",
         ),
         ("compliant", "by substeps: a compliant contact law"),
         ("integrated", "by substeps: solver.exact_motion is false"),

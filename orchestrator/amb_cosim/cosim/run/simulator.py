@@ -150,7 +150,7 @@ class Simulator:
         return settle(self.master, plan.assembly, step, plan.first, plan.begin)
 
     def advance(self, first: int, stop: int, observers: Sequence[Observer] = ()) -> None:
-        """Process the points from `first` up to but not including `stop`; step from each except the last of the plan.
+        """Process the points from `first` to `stop` - 1, with a step from each of them except the plan's last point.
 
         Raises
         ------
