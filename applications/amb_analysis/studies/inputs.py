@@ -10,6 +10,7 @@ import numpy as np
 
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.system.values import quantity, stated
+from amb_cosim.presentation.units import speed_text
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
@@ -53,7 +54,8 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
         If the value is not a speed, is negative, or is above `HIGHEST`.
     """
     value = quantity(raw, "rad/s", name)
-    require(0.0 <= value <= HIGHEST, name, stated(f"{value:g} rad/s", raw), f">= 0 rad/s and <= {HIGHEST:g} rad/s")
+    allowed = f">= {speed_text(0.0)} and <= {speed_text(HIGHEST)}"
+    require(0.0 <= value <= HIGHEST, name, stated(speed_text(value), raw), allowed)
     return value
 
 
@@ -82,7 +84,7 @@ def speed_range(up_to: Number, points: int, lowest: float = 0.0) -> Array:
         If `up_to` is not a speed above the lowest.
     """
     highest = spin_speed(up_to, "up-to")
-    require(highest > lowest, "up-to", stated(f"{highest:g} rad/s", up_to), f"> {lowest:.4g} rad/s")
+    require(highest > lowest, "up-to", stated(speed_text(highest), up_to), f"> {speed_text(lowest)}")
     return np.linspace(lowest, highest, points)
 
 

@@ -227,7 +227,7 @@ def _loads(
     if amount is None:
         if at not in planned and not machine.Omega:
             raise ValueError(
-                "unbalance is missing: the scenario has none, and at 0 rad/s a balancing grade does not define one"
+                "unbalance is missing: the scenario has none, and a balancing grade does not define one at rest"
             )
         amount = abs(planned[at]) if at in planned else machine.rotor.mass * GRADE / machine.Omega
     load = {at: complex(amount)}

@@ -20,6 +20,7 @@ from amb_assessment.assessment.format.retainer_bearings import RetainerBearing
 from amb_assessment.assessment.format.thrust_bearing import ThrustBearing
 from amb_cosim.cosim.system.tables import Table, Value, Values
 from amb_cosim.cosim.system.values import RPM, quantity, stated
+from amb_cosim.presentation.units import frequency_unit, speed_text
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario, tilt_of
@@ -62,10 +63,10 @@ class Speeds(Table):
         written = {"minimum": self.minimum, "maximum": self.maximum, "trip": trip}
         before, reason = 0.0, ""
         for (name, raw), value in zip(written.items(), (self.lowest, self.highest, self.tripping), strict=True):
-            shown = stated(f"{value:g} rad/s", raw)
-            allowed = f">= {before:g} rad/s, the {reason}" if reason else "> 0 rad/s"
+            shown = stated(speed_text(value), raw)
+            allowed = f">= {speed_text(before)}, the {reason}" if reason else f"> {speed_text(0.0)}"
             require(value >= before if reason else value > 0.0, f"speed.{name}", shown, allowed)
-            most = f"<= {LARGEST_SPEED:g} rad/s ({LARGEST_SPEED * RPM:.0f} rpm), the limit of the models"
+            most = f"<= {speed_text(LARGEST_SPEED)}, the limit of the models"
             require(value <= LARGEST_SPEED, f"speed.{name}", shown, most)
             before, reason = value, name
         _ = self.run_up_time, self.run_down_time
@@ -266,8 +267,8 @@ class MachineFile(Table):
         if self.up_to is None:
             return 2.0 * self.speed.tripping
         value, least = positive(self.up_to, "rad/s", "up_to"), self.speed.tripping
-        shown = stated(f"{value:.4g} rad/s", self.up_to)
-        require(value >= least, "up_to", shown, f">= {least:.4g} rad/s, the trip speed")
+        unit = frequency_unit()
+        require(value >= least, "up_to", stated(unit.text(value), self.up_to), f">= {unit.text(least)}, the trip speed")
         return value
 
     @property
