@@ -36,9 +36,9 @@ HEAD = """# Other tools' FMUs, compared with FMPy
 alone, with its start values, constant inputs, and the step and the stop time of its default experiment. Each row lists
 the FMUs of a tool, the total numbers of their outputs and recorded times, and the largest difference.
 
-A run has at most {most} steps. If an FMU takes any step, the step is the next smaller power of 2, whose multiples are
-exact, because FMPy's steps are differences of times and their rounding can move an event by a step. The Sensor_Block
-FMUs draw random numbers, so even two runs in FMPy can differ by 2.
+A run has at most {most} steps. If an FMU accepts any step, the step is the next smaller power of 2, whose multiples are
+exact. FMPy's steps are differences of times, and their rounding could otherwise move an event by a step. The
+Sensor_Block FMUs draw random numbers, so even two runs in FMPy can differ by 2.
 
 The FMUs are for 64-bit Linux and come from the public repositories of [Reference
 FMUs](https://github.com/modelica/Reference-FMUs), [Ecos](https://github.com/Ecos-platform/ecos),
