@@ -104,6 +104,13 @@ def test_first_sentence_has_the_numbers_of_its_tables(name):
         assert len(first) >= 3
 
 
+def test_traps_answers_for_its_speed_and_unbalance_before_its_tables():
+    result = studies.traps("compressor_levitated", unbalance="30 g.m")
+    answer = first_line(result)
+    assert_names(answer, rpm(result.speed), "30 g m")
+    assert re.search("free|contact", answer)
+
+
 @pytest.mark.parametrize(("chosen", "facts"), [("rpm", ("6000 rpm", "1200 rpm")), ("Hz", ("100 Hz", "20 Hz"))])
 def test_traps_states_the_least_unbalance_and_its_speed(chosen, facts):
     found = SimpleNamespace(

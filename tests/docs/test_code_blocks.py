@@ -121,8 +121,14 @@ def pump_rubs_on_its_ring_and_recovers(folder: Path) -> None:
     assert len(list((folder / "results" / "pump_rub").glob("*.png"))) == 3
 
 
+def a_tighter_rotor_recovers(folder: Path) -> None:
+    """It is in contact until 0.394 s; a run of 0.3 s is undecided."""
+    assert Result.load(folder / "results" / "tighter").summary.recovery == "recovered"
+
+
 # What pages leave in their folder.
 LEFT = {
+    "docs/tutorials/first_run": a_tighter_rotor_recovers,
     "docs/how-to/assess": meets_every_criterion,
     "docs/how-to/swap_a_component": settings_are_gone_and_a_parameter_is_new,
     "docs/tutorials/own_rotor": pump_rubs_on_its_ring_and_recovers,
@@ -170,6 +176,14 @@ def test_code_with_requirements_runs_where_they_are_installed(page, block, folde
         (folder / "program.lua").write_text(block.code, encoding="utf-8")
         block = block._replace(language="sh", code="OMSimulator program.lua")
     run_page(page, [block], folder)
+
+
+def test_the_python_example_of_the_readme_runs_until_the_rotor_recovers(folder):
+    """With `until=0.3` its outcome would be undecided."""
+    (block,) = (block for block in blocks_of(ROOT / "README.md") if "amb_cosim.run(" in block.code)
+    namespace = {}
+    exec(block.code, namespace)
+    assert namespace["result"].summary.recovery == "recovered"
 
 
 def test_the_readme_quotes_what_its_run_prints(folder):

@@ -289,6 +289,22 @@ def test_pages_and_sources_are_spelt_correctly():
     assert (done.stdout, done.returncode) == ("", 0), done.stderr
 
 
+def test_pages_state_speeds_of_machines_in_rpm():
+    """Pages of theory and reference may have angular frequencies, and three pages list units of variables and files."""
+    lists = {"measured.md", "swap_a_component.md", "notebook.md"}
+    of_theory = {"theory", "reference"}
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    read = [page for page in pages if not {*page.relative_to(ROOT).parts} & of_theory and page.name not in lists]
+    assert len(read) > 40
+    found = [
+        f"{name_of(page)}: {line}"
+        for page in read
+        for line in page.read_text(encoding="utf-8").splitlines()
+        if re.search(r"\d rad/s\b|\(rad/s\)", line)
+    ]
+    assert found == []
+
+
 def test_misspelt_words_are_refused(tmp_path):
     (tmp_path / "page.md").write_text("The rotor touchs its retainer and recieves a force.\n", encoding="utf-8")
     assert "recieves ==> receives" in spelling(str(tmp_path / "page.md")).stdout

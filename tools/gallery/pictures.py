@@ -109,7 +109,7 @@ PICTURES = {
         f"controller show '{LEAD}' --rotor compressor -o controller.png",
     ),
     "traps": _of_study(
-        "traps", "traps fig5_6_pid --up-to '260 rad/s' --unbalance-up-to '60 g.m'", "traps.png", width=1300
+        "traps", "traps fig5_6_pid --up-to '2483 rpm' --unbalance-up-to '60 g.m'", "traps.png", width=1300
     ),
     "stability_map": _of_study("stability_map", f"traps {LEVITATION}", needs=EXP, width=1000),
     "waterfall": _of_study("waterfall", "waterfall run_up", needs=("run_up",), width=1000),

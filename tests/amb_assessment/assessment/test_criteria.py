@@ -7,6 +7,7 @@ from itertools import cycle
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from amb_assessment.assessment import commands
 from amb_assessment.assessment.engine import assess
@@ -26,6 +27,7 @@ from amb_assessment.assessment.format.criteria import (
 from amb_assessment.assessment.format.expressions import evaluate, names_in
 from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.assessment.format.quantities import QUANTITIES, AnalysisResult, Quantity, check_declared, declare
+from amb_cosim.commands.cli import main
 from tests.support.messages import assert_names, raises_naming
 
 ABOUT = {"key": "own", "what": "w", "quantity": "overload", "source": "me", "known": "own"}
@@ -404,6 +406,8 @@ def test_readme_page_and_help_state_how_many_criteria_nobody_could_check():
         "assess.md": (root / "docs" / "how-to" / "assess.md").read_text(encoding="utf-8"),
         "assess --help": commands.assess.help,
     }
+    printed = CliRunner().invoke(main, ["assess", "compressor", "--check"]).output
+    assert_names(printed, f"{counts[0]} criteria, {counts[1]} of them", "without access to the standard")
     for text in texts.values():
         words = " ".join(text.split()).replace("*", "")
         before, found, _ = words.partition(sentence)
