@@ -21,7 +21,7 @@ from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.dataset import git_revision
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
-from amb_cosim.presentation.units import speed_unit, with_speeds_in
+from amb_cosim.presentation.units import convert_units_in_text, speed_unit, with_speeds_in
 from amb_cosim.scenario.rotors import RotorSource, is_rotor
 from amb_cosim.scenario.scenario import Scenario, as_scenario, load_scenario
 from amb_files.pack_file import rotor_path
@@ -88,7 +88,8 @@ class Sweep:
         """Outcomes of the runs, one line per alternative."""
         from amb_sweeps.summary import summarise_sweep
 
-        return "\n".join(summarise_sweep(self.dataset, self.design, self.folder, self.boundary))
+        lines = summarise_sweep(self.dataset, self.design, self.folder, self.boundary)
+        return convert_units_in_text("\n".join(lines))
 
     @property
     def outcomes(self) -> dict[str, int]:

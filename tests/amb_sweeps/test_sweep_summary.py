@@ -50,6 +50,15 @@ def test_averaged_force_is_listed_before_the_peak_with_its_site(tmp_path):
     assert_names(peak, "peak", "900 N", "RB1", "x = 1")
 
 
+def test_a_summary_has_its_forces_and_speeds_in_the_chosen_units(tmp_path):
+    """The largest force, 900 N at 3000 rpm, is 0.9 kN at 50 Hz."""
+    vary = {"Omega": "1000 rpm:3000 rpm:3"}
+    swept = filled(tmp_path, vary, lambda settings: {"peak_contact_force": 0.3 * float(settings["Omega"].split()[0])})
+    assert_names(swept.summary, "900 N", "3000 rpm")
+    with amb_cosim.units("kN", "Hz"):
+        assert_names(swept.summary, "0.9 kN", "50 Hz")
+
+
 def test_a_summary_counts_outcomes_shared_steps_and_reasons(tmp_path):
     design = sample_plan({"control": CONTROLS, "a.x": "1:4:4"})
     store = SweepStore(tmp_path, design, {"scenario": {"name": "made up"}}, {})
