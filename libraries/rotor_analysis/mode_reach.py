@@ -48,7 +48,7 @@ class BearingReach:
 
     @property
     def is_at_node(self) -> bool:
-        """Whether magnet or sensor is at a node."""
+        """Whether the magnet or the sensor, or both, are at a node of the mode."""
         return min(abs(self.at_magnet), abs(self.at_sensor)) < SMALL
 
     @property

@@ -78,7 +78,7 @@ class _Placed:
 
     def __post_init__(self) -> None:
         if (self.node == AT_Z) == (self.z is None):
-            raise ValueError(f"{'both node and z are' if self.node else 'neither node nor z is'} set; set one of them")
+            raise ValueError(f"{'node and z are both set' if self.node else 'node and z are missing'}; set one of them")
 
 
 @table

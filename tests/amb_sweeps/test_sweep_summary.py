@@ -82,7 +82,7 @@ def test_a_summary_compares_the_boundary_with_a_grid_as_fine(tmp_path):
     halvings = math.ceil(math.log2(0.25 / 0.01))
     assert swept.summary.splitlines()[-1] == (
         f"boundary of recovered: 2 points, to within 1 % of an axis; {2 * halvings} additional runs, "
-        f"{10 + 2 * halvings} in total; an equally fine grid would take 202"
+        f"{10 + 2 * halvings} in total; an equally fine grid would take 202 runs"
     )
 
 

@@ -148,7 +148,10 @@ class RotorLayout(WarnedResult, DrawnResult):
         for frequency, at_rest, spinning in zip(error.frequencies, error.error, error.spinning, strict=True):
             numbers = (significant(100.0 * at_rest, 2), unit.number(frequency), significant(100.0 * spinning, 2))
             table.add_row(_hertz(frequency), *numbers)
-        meaning = "for unbalance: error for a force that turns with the rotor, at the speed in the previous column"
+        meaning = (
+            "for unbalance: the error of the response to a force that turns with the rotor, at the speed in the column "
+            "before it"
+        )
         return [table, meaning, *self._advice_on_spin(error)]
 
     def _advice_on_spin(self, error: ReceptanceError) -> Iterator[str]:

@@ -125,7 +125,7 @@ def share_before_touch(site: Site, begin: Point, end: Point, dt: float) -> float
 
 @kernel
 def _crossing(clearance: float, begin: Point, end: Point, dt: float, n_bisections: int) -> tuple[float, float]:
-    """Return two shares of the time `dt` (s) between which a path that ends beyond a clearance (m) crosses it."""
+    """Return bounds of the share of `dt` (s) after which a path that ends beyond a clearance (m) crosses it."""
     low, high = 0.0, 1.0
     for _ in range(n_bisections):
         s = 0.5 * (low + high)

@@ -309,7 +309,7 @@ def _double_row(matrices: StepMatrices, slot: int, level: int, row: int, Omega: 
 
 @kernel
 def _begin_part(matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, i: int, x: Array) -> None:
-    """Write x after the time c_i T, due to a unit in this row at the beginning; T is half the length of the level."""
+    """Write x at the time c_i T if this row of x is 1 at the start; T is half the length of a piece of the level."""
     sizes = matrices.sizes[0]
     n, axes, unit = int(sizes.n), 2 * int(sizes.n_ports), _unit_of(matrices, row)
     forces = 2 * n + 4

@@ -64,7 +64,7 @@ class StyledFigure(Figure):
         FigureCanvasAgg(self)
 
     def draw(self, renderer: RendererBase) -> None:
-        """Draw in the project's style, because matplotlib creates ticks only now, with the present settings."""
+        """Draw in the project's style. Matplotlib creates ticks only when it draws, with the settings of that time."""
         with mpl.rc_context(STYLE):
             super().draw(renderer)
 

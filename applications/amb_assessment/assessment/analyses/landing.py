@@ -177,11 +177,11 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "has also ended if the rotor then rocks steadily: in the last quarter of the time it swings to and fro by less "
         "than 90 deg, and would still do so if the swing grew for twice the time. Forces are averaged over 1 ms; these "
         "averages converge, unlike peaks within an impact. The drive remains on; it is off in the part `rest`.",
-        "Chance decides which landings whirl backward: even rounding changes the outcome. However, the friction that "
-        "drives a fall over the top of the retainers is a property of the machine. With less than half of this "
-        "friction, none of 90 landings of four machines whirled. It must therefore be at least twice the friction of "
-        "the landings. If it is less, the landings that whirl are counted; contact elsewhere in them changes no "
-        "verdict, because the whirl itself fails its criterion.",
+        "Chance decides which landings whirl backward: even rounding changes the outcome. However, the friction with "
+        "which a falling rotor can roll over the top of its retainers is a property of the machine. With less than "
+        "half of this friction, none of 90 landings of four machines whirled. It must therefore be at least twice the "
+        "friction of the landings. If it is less, the landings that whirl are counted; contact elsewhere in them "
+        "changes no verdict, because the whirl itself fails its criterion.",
         "Retainers without mounts are rigid. The force of a rotor that rolls backward in them is unbounded: values "
         "above a thousand times the weight are meaningless.",
     )

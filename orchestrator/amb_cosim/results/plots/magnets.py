@@ -45,7 +45,7 @@ NEAR = 0.4  # fraction of a limit above which it is drawn; otherwise it is writt
 def magnets(dataset: Signals) -> Figure:
     """Draw the control current and the force of each axis of each magnetic bearing, with their limits.
 
-    While the amplifier of an axis is off, no current flows, and none is drawn, regardless of the controller's demand.
+    While the amplifier of an axis is off, the figure shows no current, whatever the controller demands.
     Times at which no amplifier of a bearing has power are shaded.
     """
     at = places(dataset)
