@@ -13,7 +13,7 @@ from amb_cosim.presentation.units import force_unit
 from amb_cosim.results import plots
 from amb_cosim.results.contact_forces import largest_averaged_force
 from amb_cosim.results.places import RotorPlaces
-from amb_cosim.results.plots.axes import site_title
+from amb_cosim.results.plots.axes import COLOURS, site_title
 from amb_cosim.results.summary import summarise
 from tests.support.messages import assert_names, raises_naming
 
@@ -98,6 +98,35 @@ def test_first_50_ms_of_a_fall_are_enlarged(change, gravity):
     assert inset.get_xlim() == pytest.approx((begin, end))
     displaced = plots.figure(dataset, "displacement")
     assert any(axes.get_xlim() == pytest.approx((begin, end)) for axes in displaced.axes)
+
+
+def with_peak(dataset, newtons):
+    """Give RB1 a peak in the first step after the landing, and no impulse of impacts, so that the mean is lower."""
+    steps = dataset["time"].values
+    peak = np.where(np.arange(len(steps)) == np.searchsorted(steps, LANDED) + 1, newtons, 0.0)
+    mean = {"rotor_contact.rb1.f_n_mean": ("time", 0.2 * peak), "rotor_contact.rb1.f_n_peak": ("time", peak)}
+    return dataset.assign(mean)
+
+
+def test_peaks_beyond_the_axis_are_marked_in_the_colour_of_their_run():
+    """The whole run shows twice the mean; the enlarged first impacts show the peak of five times the mean."""
+    low, high = with_peak(fall(), 1000.0), with_peak(fall(), 9000.0)
+    alone, compared = plots.figure(high, "contact"), overlays({"low": low, "high": high})["contact"]
+    for figure, colour in ((alone, COLOURS[0]), (compared, COLOURS[1])):
+        whole, enlarged = figure.axes[:2]
+        marks = [line.get_color() for line in whole.lines if line.get_marker() == "^"]
+        assert marks == [text.get_color() for text in whole.texts if "9 kN" in text.get_text()] == [colour]
+        assert limits_hold(enlarged, 9.0)
+        assert not any(line.get_marker() == "^" for line in enlarged.lines)
+        assert not cut_texts(figure)
+
+
+def test_legend_states_which_forces_include_impulses(synthetic):
+    figure = plots.figure(synthetic(), "contact")
+    mean, peak, _ = (text.get_text() for text in figure.legends[0].texts)
+    assert "with impact impulses" in mean
+    assert "without" in peak
+    assert not cut_texts(figure)
 
 
 def test_short_fall_is_enlarged_from_the_release_on():

@@ -41,7 +41,14 @@ from amb_cosim.results.plots.axes import (
     write_events,
 )
 from amb_cosim.results.plots.enlarged import first_impacts
-from amb_cosim.results.plots.forces import SiteForce, draw_forces, mark_forces, site_force
+from amb_cosim.results.plots.forces import (
+    ENLARGED_REACH,
+    REACH,
+    SiteForce,
+    draw_forces,
+    mark_forces,
+    site_force,
+)
 from amb_cosim.results.plots.joined import draw_joined, orbit_line
 from amb_cosim.results.signal_arrays import cycles, finite_signals, speed_changes
 from amb_cosim.results.touchdown import height, touchdown
@@ -151,10 +158,11 @@ def contact(runs: Runs, sites: list[str]) -> Figure:
     """
     forces = {site: _forces_at(runs, site, _is_changing(runs)) for site in sites}
     figure, columns = _along_the_run(runs, sites, site_title, lambda panel, site: draw_forces(panel, forces[site]))
-    for column in columns:
+    for column, reach in zip(columns, (REACH, ENLARGED_REACH), strict=False):
         for panel, site in zip(column, sites, strict=True):
-            mark_forces(panel, forces[site])
-    return _with_legend(figure, "Normal contact force (thick: mean over 1 ms, pale: peaks)", columns[0][0], runs)
+            mark_forces(panel, forces[site], reach)
+    curves = "thick: 1 ms mean with impact impulses, pale: peaks without them"
+    return _with_legend(figure, f"Normal contact force ({curves})", columns[0][0], runs)
 
 
 def _forces_at(runs: Runs, site: str, changing: bool) -> list[tuple[Array, SiteForce, str]]:

@@ -94,10 +94,11 @@ def samples(colours: Iterable[str], **options: Any) -> tuple[Line2D, ...]:
     return tuple(Line2D([], [], color=colour, **options) for colour in colours)
 
 
-def write_in_corner(panel: Axes, text: str) -> None:
-    """Write a text into the upper right corner of a panel."""
+def write_in_corner(panel: Axes, text: str, colour: str = "0.3", line: int = 0) -> None:
+    """Write a text into the upper right corner of a panel, in one of the lines from there on."""
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
-    panel.text(0.99, 0.97, text, transform=panel.transAxes, ha="right", va="top", fontsize=8, color="0.3", bbox=box)
+    style: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 8, "color": colour, "bbox": box}
+    panel.annotate(text, (0.99, 0.97), (0, -12 * line), "axes fraction", textcoords="offset points", **style)
 
 
 def fitted(text: str, width: float) -> str:

@@ -32,7 +32,17 @@ from amb_cosim.results.plots.axes import (
     title_padding,
 )
 from amb_cosim.results.plots.enlarged import large_forces
-from amb_cosim.results.plots.forces import PALE, THICK, THIN, SiteForce, draw_forces, mark_forces, site_force
+from amb_cosim.results.plots.forces import (
+    ENLARGED_REACH,
+    PALE,
+    REACH,
+    THICK,
+    THIN,
+    SiteForce,
+    draw_forces,
+    mark_forces,
+    site_force,
+)
 from amb_cosim.results.signal_arrays import at_every_step, parameters, signal, speed
 from amb_cosim.results.touchdown import touchdown
 from array_types import Array, Bools
@@ -66,10 +76,10 @@ def contact(dataset: Signals) -> Figure:
         columns[1][0].set_title(title, loc="left", pad=title_padding(dataset, highest=True))
         columns[1][-1].set_xlim(zoom)
         columns[1][-1].xaxis.set_major_locator(MaxNLocator(6))
-    for column, (times, of_column) in zip(columns, shown, strict=True):
+    for column, (times, of_column), reach in zip(columns, shown, (REACH, ENLARGED_REACH), strict=False):
         name_events(column[0], dataset)
         for panel, (site, force) in zip(column, of_column.items(), strict=False):
-            mark_forces(panel, [(times, force, colour_of(dataset, site))])
+            mark_forces(panel, [(times, force, colour_of(dataset, site))], reach)
     add_force_legend(figure, [colour_of(dataset, site) for site in forces], [dataset], list(forces))
     add_title(figure, dataset)
     return figure
@@ -84,9 +94,10 @@ def touched_sites(dataset: Signals) -> dict[str, SiteForce]:
 def add_force_legend(figure: Figure, colours: list[str], runs: list[Signals], sites: list[str]) -> None:
     """Explain the curves of `draw_forces` below a figure."""
     sampled = any(is_sampled(run, site) for run in runs for site in sites)
+    pale = samples(colours, lw=THIN, alpha=PALE)
     entries: dict[str, Any] = {
-        "averaged over 1 ms, impacts included": samples(colours, lw=THICK),
-        "force at the samples" if sampled else "largest force in each step": samples(colours, lw=THIN, alpha=PALE),
+        "averaged over 1 ms, with impact impulses": samples(colours, lw=THICK),
+        f"{'force at the samples' if sampled else 'largest in each step'}, without them": pale,
         "largest mean": Line2D([], [], ls="", marker="o", ms=4.5, mfc="white", mec="0.3"),
     }
     figure.legend(list(entries.values()), list(entries), handler_map=OF_SAMPLES, loc="outside lower center", ncols=3)

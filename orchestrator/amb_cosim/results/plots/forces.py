@@ -7,17 +7,18 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import spread, write_in_corner
-from amb_cosim.presentation.units import force_unit
+from amb_cosim.presentation.units import ShownUnit, force_unit
 from amb_cosim.results.contact_forces import averaged_force, peaks
 from amb_cosim.results.signal_arrays import cycles
 from array_types import Array
 
 PALE = 0.45  # opacity of peaks
 THICK, THIN = 1.6, 0.7  # points, of a mean and of peaks
-REACH = 2.0  # end of the axis over the largest mean; higher peaks are written
+REACH, ENLARGED_REACH = 2.0, 10.0  # end of the axis over the largest mean; higher peaks are marked and written
 ROOM = 1.18  # above the largest value, for its number
 LETTERS = 0.1  # share of an axis' height that a number takes
 
@@ -38,16 +39,6 @@ class SiteForce:
         """Return the curves of these samples, with the same mark."""
         return SiteForce(self.peak[samples], self.mean[samples], self.marked)
 
-    @property
-    def highest(self) -> float:
-        """The upper limit of an axis for this force (N); it includes the marked force, but peaks may be higher."""
-        return max(min(self.highest_peak, REACH * self.marked[1]), self.marked[1])
-
-    @property
-    def highest_peak(self) -> float:
-        """The largest force (N)."""
-        return float(np.nanmax(self.peak, initial=0.0))
-
 
 def site_force(dataset: Signals, site: str) -> SiteForce | None:
     """Return the force at a site; None if it was not touched from cycle 0 on."""
@@ -62,36 +53,45 @@ def site_force(dataset: Signals, site: str) -> SiteForce | None:
 
 
 def draw_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None:
-    """Draw forces over time, each in its colour, on a shared scale that includes the marked forces."""
-    end = _end_of(forces)
-    unit = force_unit(end)
-    top = ROOM * end / unit.size
+    """Draw forces over time, each in its colour; `mark_forces` sets the limits of the axis."""
+    unit = _unit_of(forces)
     for times, force, colour in forces:
         panel.plot(times, unit.of(force.peak), color=colour, alpha=PALE, lw=THIN, zorder=1.9)
         panel.plot(times, unit.of(force.mean), color=colour, lw=THICK)
-    panel.set(ylim=(0.0, top), ylabel=f"$N$ ({unit.label})")
-    highest = max(force.highest_peak for _, force, _ in forces)
-    if highest > top * unit.size:
-        write_in_corner(panel, f"peaks to {force_unit(highest).text(highest, 3)}")
+    panel.set_ylabel(f"$N$ ({unit.label})")
 
 
-def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None:
-    """Mark the forces that the summary states, if within the limits of a panel, and write their values beside them."""
-    unit, (begin, end) = force_unit(_end_of(forces)), panel.get_xlim()
+def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]], reach: float = REACH) -> None:
+    """Mark the forces that the summary states and the peaks beyond the axis, with their values.
+
+    Only what is within the time limits of the panel is marked. The force axis includes the peaks there, but at most
+    those of `reach` times the largest mean.
+    """
+    unit, (begin, end) = _unit_of(forces), panel.get_xlim()
+    shown = [(times, np.where((begin <= times) & (times <= end), force.peak, np.nan)) for times, force, _ in forces]
+    highest = [float(np.nanmax(peak, initial=0.0)) for _, peak in shown]
+    marked = max(force.marked[1] for _, force, _ in forces)
+    top = ROOM * max(min(max(highest), reach * marked), marked) / unit.size
+    panel.set_ylim(0.0, top)
+    cut = [k for k, peak in enumerate(highest) if peak > top * unit.size]
+    for line, k in enumerate(cut):
+        (times, peak), colour = shown[k], forces[k][2]
+        panel.plot(times[np.nanargmax(peak)], top, "^", ms=4.5, color=colour, zorder=4, clip_on=False)
+        text = f"peaks to {force_unit(highest[k]).text(highest[k], 3)}, beyond the axis"
+        write_in_corner(panel, text, colour, line)
     places = [(float(times[force.marked[0]]), force.marked[1], colour) for times, force, colour in forces]
     places = [place for place in places if begin <= place[0] <= end]
-    top = panel.get_ylim()[1]
     heights = spread([force / unit.size for _, force, _ in places], LETTERS * top, 0.0, (1.0 - 0.5 * LETTERS) * top)
     for (at, force, colour), height in zip(places, heights, strict=True):
         panel.plot(at, force / unit.size, "o", ms=4.5, mfc="white", mec=colour, zorder=4, clip_on=False)
         side = "left" if at < begin + 0.8 * (end - begin) else "right"
         shift = (6 if side == "left" else -6, 0)
-        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5}
-        style: dict[str, Any] = {"ha": side, "va": "center", "fontsize": 8, "color": colour, "bbox": box, "zorder": 5}
+        style: dict[str, Any] = {"ha": side, "va": "center", "fontsize": 8, "color": colour, "zorder": 5}
+        style["path_effects"] = [withStroke(linewidth=2.0, foreground="white")]
         text = force_unit(force).text(force, 3)
         panel.annotate(text, (at, height), shift, textcoords="offset points", **style)
 
 
-def _end_of(forces: list[tuple[Array, SiteForce, str]]) -> float:
-    """Return the upper limit of the force axis (N)."""
-    return max(force.highest for _, force, _ in forces)
+def _unit_of(forces: list[tuple[Array, SiteForce, str]]) -> ShownUnit:
+    """Return the unit of the force axis, the same in all parts of a run."""
+    return force_unit(max(force.marked[1] for _, force, _ in forces))
