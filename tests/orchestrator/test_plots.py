@@ -253,6 +253,17 @@ def magnet_run(dataset, off, current, force):
     return dataset
 
 
+@pytest.mark.parametrize("total", [True, False])
+def test_magnets_state_the_demand_and_what_the_force_excludes(synthetic, total):
+    """A demanded current may not flow; with `total_force`, the force includes the static load."""
+    dataset = synthetic()
+    run = magnet_run(dataset, np.zeros(dataset.sizes["time"], bool), 3.0, 30.0)
+    values = json.loads(run.attrs["parameters"]) | {"amb_actuator": {"total_force": total}}
+    current, force = plots.Plots(run.assign_attrs(parameters=json.dumps(values))).magnets().axes[:2]
+    assert "demanded" in current.get_title("left")
+    assert ("static load" in force.get_title("left")) is not total
+
+
 def test_a_run_without_power_has_no_figure_of_its_magnets(synthetic):
     """The controller demands a current all the time; none flows."""
     dataset = synthetic()

@@ -15,6 +15,7 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, DASHED, GREEN, ORANGE, StyledFigure, write_in_corner
 from amb_cosim.presentation.units import force_unit
+from amb_cosim.results.component_names import ACTUATOR
 from amb_cosim.results.magnet_limits import (
     Limits,
     amplifier_off,
@@ -33,6 +34,7 @@ from amb_cosim.results.plots.axes import (
     time_values,
     title_padding,
 )
+from amb_cosim.results.signal_arrays import parameters
 from array_types import Array
 
 AXES = {"x": BLUE, "y": ORANGE, "z": GREEN}
@@ -54,10 +56,11 @@ def magnets(dataset: Signals) -> Figure:
     panels = figure.subplots(len(axes), 2, sharex=True, squeeze=False)
     forces = [magnet_force(dataset, f"{bearing}.{axis}") for bearing, of in axes.items() for axis in of]
     unit = force_unit(max((float(np.nanmax(np.abs(f), initial=0.0)) for f in forces if f is not None), default=0.0))
+    force = "force" if parameters(dataset, ACTUATOR).get("total_force") else "force beyond the static load"
     for row, bearing in zip(panels, axes, strict=True):
         for panel, what, of, limits, size, label in (
-            (row[0], "control current", flowing_current, current_limits, 1.0, "A"),
-            (row[1], "force", magnet_force, force_limits, unit.size, unit.label),
+            (row[0], "demanded control current", flowing_current, current_limits, 1.0, "A"),
+            (row[1], force, magnet_force, force_limits, unit.size, unit.label),
         ):
             values = {axis: of(dataset, f"{bearing}.{axis}") for axis in axes[bearing]}
             for axis, series in values.items():
@@ -65,10 +68,11 @@ def magnets(dataset: Signals) -> Figure:
                     panel.plot(time_values(dataset), series / size, color=AXES[axis], lw=0.7)
             bounds = [limits(dataset, f"{bearing}.{axis}") for axis in axes[bearing]]
             _draw_limits(panel, [b for b in bounds if b is not None], values.values(), size, label)
-            panel.set_ylabel(f"{what} ({label})")
+            panel.set_ylabel(f"{'force' if of is magnet_force else 'current'} ({label})")
             if of is flowing_current:
                 _shade(panel, dataset, bearing, axes[bearing])
-            panel.set_title(name_label(bearing), loc="left", pad=title_padding(dataset, bearing == next(iter(axes))))
+            title = f"{name_label(bearing)}: {what}"
+            panel.set_title(title, loc="left", pad=title_padding(dataset, bearing == next(iter(axes))))
             mark_events(panel, dataset)
     for panel in panels[-1]:
         label_time_axis(panel, dataset)
