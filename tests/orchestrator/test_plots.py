@@ -295,6 +295,11 @@ def test_energy_of_impacts_is_heat_unless_the_rule_is_nodal(synthetic, law, heat
     [label] = [name for name in lines_of(figure.axes[1]) if "impact" in name]
     assert ("heat" in label) is heat
     assert ("nodal" in label) is not heat
+    balance, damping, friction = (
+        next(line for line in figure.axes[1].lines if name in str(line.get_label()))
+        for name in ("balance error", "damping", "friction")
+    )
+    assert damping.get_linewidth() > friction.get_linewidth() > balance.get_linewidth()
 
 
 @pytest.mark.parametrize(

@@ -22,11 +22,13 @@ from amb_cosim.results.signal_arrays import parameters
 # Colours of the energies.
 LATERAL = {"kinetic": BLUE, "strain": ORANGE}
 TRANSFERRED = {"work": "black", "damping": BLUE, "friction": ORANGE, "impact": GREEN, "balance": PURPLE}
+WIDTHS = {"damping": 3.2, "friction": 2.0}  # points; both remain visible below the error if they are zero
 LABELS = {
     "work": "work of all inputs",
     "damping": "heat of damping",
     "friction": "heat of friction",
     "impact": "heat of impacts",
+    "balance": "balance error",
 }
 NODAL = 0  # impact law that does not conserve momentum, and may create energy
 NODAL_IMPACTS = "lost in impacts\n(nodal rule: may\nbe negative)"
@@ -54,7 +56,8 @@ def energy(dataset: Signals) -> Figure:
     for name, values in (energies(dataset) or {}).items():
         if name in TRANSFERRED:
             at_end = f"{labels.get(name, name)}: {significant(float(values[-1]), 3)} J"
-            transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], label=at_end)
+            width = WIDTHS.get(name, 0.9)
+            transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], lw=width, label=at_end)
     transferred.set_title("Since cycle 0; the legend shows the final values", loc="left")
     for panel in (lateral, transferred):
         panel.set_ylabel("energy (J)")
