@@ -300,3 +300,19 @@ def test_whirl_of_rolling_follows_a_race_that_turns():
     for panel, whirl, is_written in ((panels[0], WHIRL, False), (panels[2], -OMEGA * radius / CLEARANCE, True)):
         assert panel.lines[1].get_ydata() == pytest.approx(np.full(3051, whirl * RPM))
         assert any("rolling" in text.get_text() for text in panel.texts) is is_written
+
+
+@pytest.mark.parametrize(("times", "scale"), [(5.0, "linear"), (30.0, "symlog")])
+def test_whirl_much_faster_than_the_spin_has_a_logarithmic_axis(times, scale):
+    """The journal rolls with a whirl of 5 or 30 times the spin speed, as the text beside the line states."""
+    dataset = fall(speed=np.full(3051, OMEGA), **{"rb1.whirl_speed": np.full(3051, -times * OMEGA)})
+    parameters = json.loads(dataset.attrs["parameters"])
+    parameters["rotor_contact"] |= {f"{site}.journal_radius": times * CLEARANCE for site in ("rb1", "rb2")}
+    figure = plots.figure(dataset.assign_attrs(parameters=json.dumps(parameters)), "whirl")
+    panel, rolling = figure.axes[0], -times * OMEGA * RPM
+    assert panel.get_yscale() == scale
+    assert limits_hold(panel, rolling)
+    (text,) = [text for text in panel.texts if "rolling" in text.get_text()]
+    assert f"{-rolling:,.0f} rpm" in text.get_text()
+    assert text.get_position()[1] == pytest.approx(rolling)
+    assert not cut_texts(figure)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
@@ -48,6 +48,7 @@ from amb_cosim.results.touchdown import touchdown
 from array_types import Array, Bools
 
 OUTLIERS = 0.01  # fraction of whirl speeds at either end that an axis may exclude
+MANY_SPEEDS = 10.0  # whirl over spin speed, from which an axis is logarithmic
 MODES = ("free", "sliding", "rolling")
 
 
@@ -142,7 +143,8 @@ def _draw_column(
 def whirl(dataset: Signals) -> Figure:
     """Draw the whirl speed at each touched site, with spin speed and rolling speed, and the mode of contact.
 
-    The axis covers the whirl of the rotor; a rolling speed beyond it is written as text instead of being drawn.
+    The axis covers the whirl of the rotor; a rolling speed beyond it is written as text instead of being drawn. If the
+    whirl is more than `MANY_SPEEDS` times as fast as the spin, the axis is logarithmic beyond twice the spin speed.
     """
     sites = list(touched_sites(dataset))
     figure = StyledFigure(figsize=(7.0, 2.9 * len(sites)), layout="constrained")
@@ -160,11 +162,15 @@ def whirl(dataset: Signals) -> Figure:
             site_title(dataset, site), loc="left", pad=title_padding(dataset, whirl_panel is panels[0])
         )
         low, high = _whirl_limits(Omega, whirling)
-        whirl_panel.set(ylabel=f"whirl ({unit.label})", ylim=(low, high))
+        _scale_whirl(whirl_panel, low, high, float(np.abs(Omega).max()))
+        whirl_panel.set_ylabel(f"whirl ({unit.label})")
         at = float(np.median(unit.of(rolling)))
-        if is_fixed and at < low:
-            text = f"rolling: {at:,.0f} {unit.label}, below".replace("-", "\N{MINUS SIGN}")
-            whirl_panel.text(0.99, 0.03, text, transform=whirl_panel.transAxes, ha="right", fontsize=8, color="0.3")
+        if is_fixed:
+            text = f"rolling: {at:,.0f} {unit.label}{', below' if at < low else ''}".replace("-", "\N{MINUS SIGN}")
+            place = (0.99, 0.03) if at < low else (0.01, at)
+            style: dict[str, Any] = {"ha": "right" if at < low else "left", "fontsize": 8, "color": "0.3"}
+            to_axes = whirl_panel.transAxes if at < low else whirl_panel.get_yaxis_transform()
+            whirl_panel.text(*place, text, transform=to_axes, va="bottom", **style)
         mode_panel.step(times, plant_signal(dataset, f"{site}.mode"), where="post", color="black", lw=0.8)
         mode_panel.set_ylim(-0.4, len(MODES) - 0.6)
         mode_panel.set_yticks(range(len(MODES)), MODES)
@@ -198,6 +204,20 @@ def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
     largest = float(Omega.max(initial=0.0)) or 1.0
     low, high = min(-largest, float(ends[0])), max(largest, float(ends[1]))
     return low - 0.12 * (high - low), high + 0.12 * (high - low)
+
+
+def _scale_whirl(panel: Axes, low: float, high: float, spin: float) -> None:
+    """Set the limits of a whirl axis, and make it logarithmic beyond twice the spin if the whirl is much faster."""
+    fastest = max(-low, high)
+    if 0.0 < MANY_SPEEDS * spin < fastest:
+        panel.set_yscale("symlog", linthresh=2.0 * spin)
+        decades = 10.0 ** np.arange(np.floor(np.log10(spin)), np.log10(fastest))
+        sizes = [step * decade for decade in decades for step in (1.0, 3.0) if step * decade > spin]
+        panel.set_yticks([0.0, *sizes, *(-size for size in sizes)])
+        panel.yaxis.set_major_formatter(ScalarFormatter())
+        panel.yaxis.set_minor_locator(NullLocator())
+        low, high = 1.6 * low, 1.6 * high
+    panel.set_ylim(low, high)
 
 
 def _draw_contact_times(panel: Axes, times: Array, touching: dict[str, Bools], colours: list[str]) -> None:
