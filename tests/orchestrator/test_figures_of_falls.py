@@ -316,3 +316,13 @@ def test_whirl_much_faster_than_the_spin_has_a_logarithmic_axis(times, scale):
     assert f"{-rolling:,.0f} rpm" in text.get_text()
     assert text.get_position()[1] == pytest.approx(rolling)
     assert not cut_texts(figure)
+
+
+def test_figures_of_heights_state_the_dashed_line_and_units_of_the_inset():
+    displaced, landed = (plots.figure(fall(), name) for name in ("displacement", "touchdown"))
+    for figure in (displaced, landed):
+        entries = [text.get_text() for text in figure.legends[0].texts]
+        assert sum("at rest" in entry and "wall" in entry for entry in entries) == 1
+        assert not cut_texts(figure)
+    (inset,) = [inset for axes in landed.axes for inset in axes.child_axes]
+    assert_names(inset.get_title("left"), "height (mm)", "time (s)")

@@ -46,7 +46,7 @@ from amb_cosim.results.plots.axes import (
 from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.plots.forces import PALE, site_force
 from amb_cosim.results.plots.joined import between, dots_sample, draw_joined, orbit_line
-from amb_cosim.results.signal_arrays import cycles, parameters, speed
+from amb_cosim.results.signal_arrays import cycles, parameters, speed, speed_changes
 from amb_cosim.results.touchdown import height
 from amb_cosim.results.touchdown import touchdown as describe
 from array_types import Array
@@ -139,8 +139,9 @@ def _add_inset(panel: Axes, dataset: Signals, draw: Draw, drawn: list[Station], 
     draw(inset, dataset, drawn)
     mark_events(inset, dataset)
     enlarge(inset, zoom)
+    title = f"{FIRST_TEXT}: {inset.get_ylabel()} over {'time (s)' if speed_changes(dataset) else 'cycles'}"
     inset.set(ylabel="", facecolor="0.97")
-    inset.set_title(FIRST_TEXT, loc="left", fontsize=8.0, bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
+    inset.set_title(title, loc="left", fontsize=8.0, bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
     inset.yaxis.set_major_locator(MaxNLocator(4))
 
 
@@ -150,18 +151,23 @@ def _has_housing(dataset: Signals, station: Station) -> bool:
 
 def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
     """Return the legend that explains the colours and dashes of all panels."""
-    falls = bool(gravity_across(dataset))
     names = [*(station.site for station in drawn), *places(dataset).faces]
     entries: list[Artist] = [Line2D([], [], color=colour_of(dataset, name), label=name_label(name)) for name in names]
     entries += [
         Line2D([], [], color="black", label="rotor"),
-        Line2D([], [], color="black", ls=DASHED, label="height of a rotor at rest" if falls else "contact"),
+        lowest_sample(dataset),
         Line2D([], [], color="0.3", alpha=PALE, lw=0.5, label="orbit after the first impacts"),
         retainer_sample(),
     ]
     if any(_has_housing(dataset, station) for station in drawn):
         entries.append(Line2D([], [], color=GREY, label="centre of the housing"))
     return entries
+
+
+def lowest_sample(dataset: Signals) -> Line2D:
+    """Return the legend entry for the dashed line of `draw_fall`."""
+    label = "height at rest; a journal on the wall is higher" if gravity_across(dataset) else "contact"
+    return Line2D([], [], color="black", ls=DASHED, label=label)
 
 
 def _reach(dataset: Signals, station: Station) -> float:

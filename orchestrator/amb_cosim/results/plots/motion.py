@@ -42,7 +42,7 @@ from amb_cosim.results.plots.axes import (
     time_values,
     title_padding,
 )
-from amb_cosim.results.plots.fall import draw_fall, draw_gaps_along
+from amb_cosim.results.plots.fall import draw_fall, draw_gaps_along, lowest_sample
 from amb_cosim.results.plots.joined import dots_sample, draw_joined, orbit_line
 from amb_cosim.results.signal_arrays import cycles, event_name, speed, switched_on
 from amb_cosim.results.touchdown import touchdown
@@ -124,6 +124,8 @@ def displacement(dataset: Signals) -> Figure:
         grid[0, 1].set_title(FIRST_TEXT, loc="left", pad=title_padding(dataset, highest=True))
     for panel in grid[0]:
         name_events(panel, dataset)
+    if touchdown(dataset) is not None and any(station.site for station in drawn):
+        figure.legend(handles=[lowest_sample(dataset)], loc="outside lower center")
     add_title(figure, dataset)
     return figure
 
