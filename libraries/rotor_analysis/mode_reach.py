@@ -53,7 +53,7 @@ class BearingReach:
 
     @property
     def kind(self) -> str:
-        """What prevents the bearing from damping the mode, in words; empty if nothing does."""
+        """The reason why the bearing cannot damp the mode, in words; empty if it can."""
         if self.is_at_node:
             return "at a node"
         return "non-collocated" if self.value < 0.0 else ""

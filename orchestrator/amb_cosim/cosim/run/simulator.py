@@ -43,7 +43,7 @@ class Simulator:
     notice
         Reason why the motion before point 0 is simulated instead of solved for.
     has_end
-        Whether the FMUs are told the end time of the plan; they are not if another run may continue from a saved state.
+        Whether the FMUs get the end time of the plan; they do not if another run may continue from a saved state.
 
     Raises
     ------
