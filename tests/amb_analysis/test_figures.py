@@ -18,6 +18,7 @@ from amb_analysis.studies.rotor_layout import layout as layout_of
 from amb_analysis.studies.stability_margin import AxisSensitivity, DiskMargin, GangOfFour, StabilityMargin
 from amb_analysis.studies.unbalance_records import CriticalResponse
 from amb_cosim.presentation.style import StyledFigure, write_title
+from tests.support.messages import assert_names
 
 
 def panel_with_curves(*heights):
@@ -154,6 +155,7 @@ def test_parts_are_marked_on_the_drawing_of_a_rotor():
         (line.get_xdata()[0], line.get_ydata()[0]) for line in above.lines if line.get_marker() not in ("", "None")
     ]
     assert len(places) == len({*places}) == 3 * 1 + 2 * (2 + 3)  # sensors above; bearings and sites on both sides
+    assert_names(layout.draw(result).get_suptitle(), "Hz at rest", "bearings of its file")
 
 
 @pytest.mark.parametrize("width", [4.0, 10.0])

@@ -8,6 +8,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 from drawn import cut_texts, overlapping_texts, titles
+from matplotlib.collections import LineCollection
 
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
@@ -164,6 +165,21 @@ def test_mark_at_the_end_of_a_curve_leaves_its_number_free():
         numbers = [text for text in axes.texts if text.get_text().isdigit()]
         assert numbers
         assert all(text.get_window_extent().x0 > right for text in numbers)
+
+
+def test_axis_of_damping_ends_near_its_curves_and_numbers_are_joined_to_them():
+    """Damping ratios of 0.13 to 0.28, of which three are alike."""
+    speeds = np.linspace(0.0, 400.0, 5)
+    modes = tuple(ModeOverSpeed(np.full(5, 300.0), np.full(5, z), ("forward",) * 5) for z in (0.13, 0.28, 0.28, 0.28))
+    diagram = CampbellDiagram("any", "consistent", speeds, modes, (), 8, 8, 0.0)
+    picture = figure(diagram)
+    low, high = picture.axes[1].get_ylim()
+    assert 0.05 < low < 0.13 < 0.28 < high < 0.6
+    joined = [line.get_segments()[0][0][1] for line in picture.axes[1].findobj(LineCollection)]
+    assert len(joined) == 2
+    assert np.ptp(joined) == pytest.approx(0.0)
+    assert_names(picture.get_suptitle(), "bearings")
+    assert_names(figure(replace(diagram, is_free=True)).get_suptitle(), "free")
 
 
 def test_response_ends_where_the_loop_is_not_stable_and_says_so():

@@ -9,6 +9,7 @@ from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_ext
 from amb_analysis.studies.damping_zones import damping_cells
 from amb_analysis.studies.inputs import Number, reach_of, speed_range, spin_speed
 from amb_analysis.studies.result import DrawnResult, WarnedResult
+from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_files.checks import require
@@ -77,6 +78,8 @@ class CampbellDiagram(WarnedResult, DrawnResult):
         Operating speed of the machine (rad/s); None if it is not stated.
     limits
         Validity limits of the coefficients of bearings and seals.
+    is_free
+        Whether the rotor has no bearings, which the title of the figure states.
     """
 
     name: ClassVar[str] = "campbell"
@@ -91,6 +94,7 @@ class CampbellDiagram(WarnedResult, DrawnResult):
     error: float
     operating_speed: Annotated[float | None, "rad/s"] = None
     limits: Limits = ()
+    is_free: Annotated[bool, Layout.OMITTED] = False
 
     def text(self) -> list[TextBlock]:
         """Return a table of the critical speeds, and a line about their accuracy."""
@@ -200,5 +204,6 @@ def campbell(
         analysed.error,
         operating,
         limits,
+        not description.bearings,
         warnings=implausible_sizes(description),
     )

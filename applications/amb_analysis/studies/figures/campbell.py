@@ -38,6 +38,7 @@ def draw(diagram: CampbellDiagram) -> Figure:
     mark = Line2D([], [], color="0.3", ls="", marker="o", ms=3.5, label="mode: critical speed")
     hatched = hatch_extrapolated((top, bottom), diagram.speeds, diagram.limits)
     add_legend(figure, vibrations, operating, mark, *hatched)
-    title = f"{diagram.rotor}: damped natural frequencies and damping ratios"
+    support = "free" if diagram.is_free else "on the bearings of its file"
+    title = f"{diagram.rotor}, {support}: natural frequencies and damping ratios"
     write_title(figure, with_frozen(title, diagram.limits))
     return figure

@@ -61,7 +61,8 @@ def draw(result: RotorLayout) -> Figure:
     mark = f" ({EXTRAPOLATED})" if is_extrapolated(result.limits, 0.0) else ""
     frozen = any(item.whirl_frequency is not None for item in result.limits)
     mark += " (coefficients at one whirl frequency)" if frozen else ""
-    title = f"{rotor.name}: {result.mass:.4g} kg; {first_modes} {unit.label} at rest{mark}"
+    support = "on the bearings of its file" if rotor.bearings else "free"
+    title = f"{rotor.name}: {result.mass:.4g} kg; {first_modes} {unit.label} at rest, {support}{mark}"
     write_title(figure, title, x=LEFT, y=1.0 - 0.1 / height, ha="left", va="top")
     return figure
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -44,7 +45,7 @@ WHITE: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6} 
 LABEL_SIZE = 7.5  # points
 STEPS = [sign * 0.75 * k for k in range(1, 12) for sign in (1, -1)]  # heights of a label's middle above its point
 IN_A_ROW = 5  # entries of a legend as wide as the plots
-NUMBERS = 1.018  # position of the numbers of curves over the axes' width; marks at the end of a curve reach to 1.014
+NUMBERS = 1.03  # position of the numbers of curves over the axes' width; marks at the end of a curve reach to 1.014
 LETTERS = 0.042  # share of the axes' height that a line of text takes
 
 
@@ -82,9 +83,9 @@ def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool, also
     finite = np.concatenate([*map(np.ravel, damping), np.asarray(also, np.float64)])
     finite = finite[np.isfinite(finite)]
     positive = finite[finite > 0.0]
-    low = max(DECADES[0], 10.0 ** math.floor(math.log10(positive.min(initial=0.01))))
-    high = min(DECADES[1], 1.6 * positive.max(initial=1.0))
     limits = [decrement if is_decrement else damping_ratio(decrement) for decrement, _ in ZONES]
+    low = max(DECADES[0], 10.0 ** math.floor(math.log10(positive.min(initial=limits[-1]))))
+    high = min(DECADES[1], 1.6 * positive.max(initial=limits[-1]))
     bottom = low
     if finite.min(initial=0.0) < 0.0:
         axes.set_yscale("symlog", linthresh=low, linscale=0.6)
@@ -217,7 +218,10 @@ def _free_place(axes: Axes, last: float, order: int) -> float:
 
 
 def _number(axes: Axes, curves: Sequence[Array]) -> None:
-    """Write the numbers of curves at the right end of the axes without overlap, or only every nth if there are many."""
+    """Write the numbers of curves at their right ends without overlap, or only every nth if there are many.
+
+    A line joins a number that is moved to the end of its curve.
+    """
     low, high = axes.get_ylim()
     scale = axes.transData
     ends = {}
@@ -229,6 +233,10 @@ def _number(axes: Axes, curves: Sequence[Array]) -> None:
     ends = {number: height for number, height in ends.items() if number % step == 0}
     for number, height in zip(ends, spread(list(ends.values()), LETTERS, 0.0, 1.0), strict=True):
         axes.text(NUMBERS, height, str(number), transform=axes.transAxes, va="center", fontsize=7, color="0.3")
+        if abs(height - ends[number]) > 0.25 * LETTERS:
+            leader = [(1.0, ends[number]), (NUMBERS - 0.003, height)]
+            style: dict[str, Any] = {"transform": axes.transAxes, "colors": "0.6", "linewidths": 0.5, "clip_on": False}
+            axes.add_artist(LineCollection([leader], **style))
 
 
 def _every(labels: int) -> int:
