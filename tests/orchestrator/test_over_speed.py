@@ -80,6 +80,11 @@ def crossing_poles() -> ClosedLoopPoles:
     )
 
 
+def entries_of(picture):
+    """Texts of all legends of the parts of a figure."""
+    return [text.get_text() for part in picture.subfigs for legend in part.legends for text in legend.texts]
+
+
 def test_vibration_frequency_at_a_critical_speed_is_that_of_rotation():
     (critical,) = crossing_poles().critical_speeds
     assert (critical.mode, critical.speed) == (1, pytest.approx(100.5))
@@ -149,8 +154,10 @@ def test_least_damped_vibration_is_marked_even_beyond_the_axes():
     assert [of_axes[0].get_ydata()[0] for of_axes in marks[::2]] == [frequency.get_ylim()[1], plane.get_ylim()[1]]
     assert marks[1][0].get_ydata()[0] == pytest.approx(decrement, rel=1e-6)
     assert damping.get_ylim()[0] < decrement
-    labels = " ".join(text.get_text() for part in picture.subfigs for entry in part.legends for text in entry.texts)
-    assert_names(labels, "2276 Hz", "0.0026")
+    with units("rad/s"):
+        entries = entries_of(figure(replace(crossing_poles(), least_damped=least)))
+    assert any("at 150 rad/s" in entry for entry in entries if "least" in entry)
+    assert_names(" ".join(entries_of(picture)), "2276 Hz", "0.0026")
     seen = figure(crossing_poles()).axes
     assert [[line.get_marker() for line in axes.lines if line.get_marker() in "^vD"] for axes in seen] == [["D"]] * 3
 
@@ -165,6 +172,17 @@ def test_mark_at_the_end_of_a_curve_leaves_its_number_free():
         numbers = [text for text in axes.texts if text.get_text().isdigit()]
         assert numbers
         assert all(text.get_window_extent().x0 > right for text in numbers)
+
+
+def test_hollow_marks_of_critical_speeds_are_in_the_legend():
+    """A critical speed at the decrement 0.15 amplifies more than 2.5 times, one at 1.5 less."""
+
+    def entries(factor):
+        poles = tuple(replace(pole, decrements=factor * pole.decrements) for pole in crossing_poles().poles)
+        return entries_of(figure(replace(crossing_poles(), poles=poles)))
+
+    assert not any("2.5" in text for text in entries(1.0))
+    assert any("below 2.5" in text for text in entries(10.0))
 
 
 def test_axis_of_damping_ends_near_its_curves_and_numbers_are_joined_to_them():

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles
+from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles, CriticalCrossing
 from amb_analysis.studies.damping_zones import ZONES, damping_ratio
 from amb_analysis.studies.figures.over_speed import (
     SHADES,
@@ -46,6 +46,10 @@ def draw(result: ClosedLoopPoles) -> Figure:
     draw_zones(bottom, [pole.decrements for pole in result.poles], is_decrement=True, also=least)
     critical = Line2D([], [], color="0.3", ls="", marker="o", ms=3.5, label="mode: critical speed")
     marks: list[Artist] = [critical] if result.critical_speeds else []
+    if not all(map(_amplifies, result.critical_speeds)):
+        marks.append(
+            Line2D([], [], color="0.3", ls="", marker="o", ms=3.5, mfc="white", label="amplification below 2.5")
+        )
     marks += _mark_unstable((top, bottom), result)
     marks += hatch_extrapolated((top, bottom), result.speeds, result.limits)
     add_legend(left, vibrations, result.operating_speed, *marks)
@@ -64,10 +68,14 @@ def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
     unit, points = speed_unit(), []
     for critical in result.critical_speeds:
         at, colour = critical.speed / unit.size, "0.2"
-        full = critical.decrement < ZONES[-1][0]
-        axes.plot(at, at, "o", ms=3.5, color=colour, mfc=colour if full else "white")
+        axes.plot(at, at, "o", ms=3.5, color=colour, mfc=colour if _amplifies(critical) else "white")
         points.append((at, at, f"{critical.mode}: {unit.number(critical.speed)}", colour))
     label_points(axes, points)
+
+
+def _amplifies(critical: CriticalCrossing) -> bool:
+    """Return whether a critical speed has an amplification of 2.5 or more."""
+    return critical.decrement < ZONES[-1][0]
 
 
 def _mark_unstable(panels: Sequence[Axes], result: ClosedLoopPoles) -> list[Line2D]:
@@ -101,7 +109,7 @@ def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: fl
         is_beyond |= marker != "D"
     drawn, usual = unit.text(least.frequency), frequency_unit().text(least.frequency)
     frequency = drawn if usual == drawn else f"{drawn} ({usual})"
-    text = f"least damped: {frequency},\ndecrement {decrement:.2g}" + (
+    text = f"least damped: {frequency},\ndecrement {decrement:.2g} at {unit.text(least.speed, 5)}" + (
         " (triangle: beyond the axis)" if is_beyond else ""
     )
     return Line2D([], [], marker="D", color="black", mfc="none", ls="", ms=7.0, label=text)
