@@ -200,6 +200,22 @@ def test_axis_of_damping_ends_near_its_curves_and_numbers_are_joined_to_them():
     assert_names(figure(replace(diagram, is_free=True)).get_suptitle(), "free")
 
 
+def test_small_amplitudes_of_a_levitated_machine_are_away_from_the_polar_origin():
+    """At the operating speed the amplitude is a hundredth of the peak's; the legend states it."""
+    speeds = np.linspace(1.0, 200.0, 200)
+    amplitude = np.where(speeds < 150.0, 1e-6, 1e-4)
+    place = PlaceResponse(1, 0.0, None, amplitude, np.zeros(200), amplitude)
+    response = UnbalanceResponse(*("any", np.eye(2), "any", 100.0, 1e-4, 0.0, {}, speeds, {"end": place}, ()))
+    with units("rad/s", "um"):
+        polar = figure(response)
+        alone = figure(replace(response, scenario=""))
+    axes = polar.axes[-1]
+    origin, low, high = (axes.transData.transform((0.0, r))[0] for r in (axes.get_rmin(), 1.0, 100.0))
+    assert low - origin > 0.3 * (high - origin)
+    assert alone.axes[-1].get_rmin() == 0.0
+    assert_names(" ".join(entries_of(polar)), "operating speed, 100 rad/s: 1 \N{MICRO SIGN}m")
+
+
 def test_response_ends_where_the_loop_is_not_stable_and_says_so():
     """An operating speed of 100, a loop that is stable up to 200 and a peak at 199 rad/s, whole within the axis."""
     speeds = np.linspace(1.0, 200.0, 200)

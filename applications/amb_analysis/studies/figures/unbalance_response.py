@@ -21,7 +21,7 @@ from amb_cosim.presentation.units import ShownUnit, length_unit, speed_unit, spi
 BODE, POLAR = 7.0, 4.8  # inches, widths
 BACKWARD = "#DCE9F5"
 BEYOND = 1.12  # highest speed of the axis over the last one at which the loop is stable
-HEADROOM = 15.0  # upper end of a logarithmic axis over the largest value, with room for labels of critical speeds
+HEADROOM = 8.0  # upper end of a logarithmic axis over the largest value, with room for labels of critical speeds
 FLOOR = 1e-3  # lower end of a logarithmic axis, over the largest amplitude
 
 
@@ -36,6 +36,7 @@ def draw(result: UnbalanceResponse) -> Figure:
     for (label, place), colour in zip(result.places.items(), cycle(COLOURS), strict=False):
         top.plot(speeds, unit.of(place.amplitude), color=colour, label=label)
         bottom.plot(speeds, np.degrees(place.phase), color=colour)
+    top.grid(axis="y", color="0.9", lw=0.6)
     top.set(ylabel=f"amplitude ({unit.label})", xlim=(0.0, BEYOND * speeds[-1] if result.stable_up_to else speeds[-1]))
     clearances = _clearances(result)
     highest = max([largest, *clearances])
@@ -55,7 +56,8 @@ def draw(result: UnbalanceResponse) -> Figure:
     shaded = _shade_backward((top, bottom), result)
     if result.stable_up_to is not None:
         shaded += shade_unstable((top, bottom), [(result.stable_up_to, BEYOND * result.speeds[-1])])
-    figure.legend(handles=[*curves, *hatched, *shaded], loc="outside lower center", ncols=3)
+    operating = _operating(result, unit)
+    figure.legend(handles=[*curves, *operating, *hatched, *shaded], loc="outside lower center", ncols=3)
     _draw_polar(right.add_subplot(projection="polar"), result, unit)
     title = f"{result.scenario or result.rotor}: steady response to {result.load}"
     write_title(whole, with_frozen(title, result.limits))
@@ -88,16 +90,6 @@ def _mark_speeds(top: Axes, bottom: Axes, result: UnbalanceResponse, unit: Shown
     if result.operating_speed is not None:
         for axes in (top, bottom):
             axes.axvline(result.operating_speed / speed.size, color=GREY, lw=1.2, zorder=0)
-        style: dict[str, Any] = {
-            "fontsize": 7.5,
-            "color": "0.35",
-            "ha": "right",
-            "va": "bottom",
-            "rotation": 90,
-            "bbox": BOX,
-        }
-        at = result.operating_speed / speed.size
-        bottom.text(at, 0.03, "operating speed", transform=bottom.get_xaxis_transform(), **style)
     for k, item in enumerate(result.critical_speeds):
         at = item.speed / speed.size
         for axes in (top, bottom):
@@ -107,7 +99,7 @@ def _mark_speeds(top: Axes, bottom: Axes, result: UnbalanceResponse, unit: Shown
         if item.margin is not None:
             required = item.required_margin(result.operating_speed or 0.0)
             text += f", margin {item.margin:.0f} %" + ("" if required is None else f" ({required:.0f} % required)")
-        style = {"fontsize": 7.0, "color": "0.2", "bbox": BOX, "zorder": 5}
+        style: dict[str, Any] = {"fontsize": 7.0, "color": "0.2", "bbox": BOX, "zorder": 5}
         side = "left" if at < 0.6 * top.get_xlim()[1] else "right"
         shift = (4 if side == "left" else -4, -9 * (k % 3))
         place = (at, 0.985)
@@ -123,8 +115,28 @@ def _mark_speeds(top: Axes, bottom: Axes, result: UnbalanceResponse, unit: Shown
         )
 
 
+def _operating(result: UnbalanceResponse, unit: ShownUnit) -> list[Line2D]:
+    """Return the legend entry of the operating speed, with the smallest and the largest amplitude there."""
+    speed = result.operating_speed
+    if speed is None:
+        return []
+    label = f"operating speed, {speed_unit().text(speed, 5)}"
+    if result.places and result.speeds[0] <= speed <= result.speeds[-1]:
+        values = [float(np.interp(speed, result.speeds, p.amplitude)) / unit.size for p in result.places.values()]
+        ends = dict.fromkeys(f"{value:.2g}" for value in (min(values), max(values)))
+        label += f": {' to '.join(ends)} {unit.label}"
+    return [Line2D([], [], color=GREY, lw=1.2, label=label)]
+
+
 def _draw_polar(axes: Any, result: UnbalanceResponse, unit: ShownUnit) -> None:
-    """Draw amplitude over phase, counterclockwise from the unbalance, with critical and operating speeds."""
+    """Draw amplitude over phase, counterclockwise from the unbalance, with critical and operating speeds.
+
+    Amplitudes of a levitated machine have a logarithmic scale, as in the Bode plot.
+    """
+    largest = max((float(p.amplitude.max(initial=0.0)) for p in result.places.values()), default=0.0) / unit.size
+    is_logarithmic = bool(result.scenario) and largest > 0.0
+    if is_logarithmic:
+        axes.set_rscale("log")
     for place, colour in zip(result.places.values(), cycle(COLOURS), strict=False):
         axes.plot(place.phase, unit.of(place.amplitude), color=colour)
         for item in result.critical_speeds:
@@ -133,8 +145,11 @@ def _draw_polar(axes: Any, result: UnbalanceResponse, unit: ShownUnit) -> None:
         if result.operating_speed is not None:
             at = int(np.argmin(np.abs(result.speeds - result.operating_speed)))
             axes.plot(place.phase[at], place.amplitude[at] / unit.size, "s", ms=3.5, color=colour)
-    axes.set_rmin(0.0)
-    axes.yaxis.set_major_locator(MaxNLocator(4))
+    if is_logarithmic:
+        axes.set_rlim(FLOOR * largest, 1.5 * largest)
+    else:
+        axes.set_rmin(0.0)
+        axes.yaxis.set_major_locator(MaxNLocator(4))
     axes.grid(color="0.88", lw=0.6)
     handles = [Line2D([], [], color="0.2", ls="", marker="o", ms=2.5, label="critical speed")]
     if result.operating_speed is not None:
