@@ -15,7 +15,7 @@ from amb_cosim.presentation.style import BLUE, StyledFigure, write_title
 from amb_cosim.presentation.units import frequency_label, frequency_unit, length_unit, speed_unit, spin_label
 
 HEIGHT = 0.22  # height of the largest stacked amplitude, over the axis
-MARKS, BESIDE = 12, 0.06  # marks at the frequency of rotation; their distance from it over the axis
+MARKS, BESIDE = 12, 0.03  # marks at the frequency of rotation; their distance from it over the axis
 FLOOR = 1e-4  # smallest amplitude with a colour, over the largest
 
 
