@@ -76,6 +76,12 @@ def margin(peak):
     )
 
 
+def test_equal_disk_margins_are_both_visible():
+    panel = next(a for a in sensitivity.draw(margin(1.4)).findobj(Axes) if a.get_ylabel() == "disk margin")
+    currents, sensors = panel.lines
+    assert currents.get_linewidth() > 2.0 * sensors.get_linewidth()
+
+
 @pytest.mark.parametrize("peak", [1.4, 2.6, 12.0])
 def test_axis_of_sensitivity_ends_at_1_3_times_the_largest_peak(peak):
     figure = sensitivity.draw(margin(peak))

@@ -113,9 +113,9 @@ def _draw_all_loops(panels: Sequence[Axes], result: StabilityMargin) -> None:
     gang, frequencies = result.gang_of_four, frequency_unit().of_hertz(result.frequencies)
     for label, curve, colour in (("S", gang.S, BLUE), ("T", gang.T, ORANGE)):
         panels[0].loglog(frequencies, curve, color=colour, lw=0.8, label=label)
-    for (place, margin), colour in zip(result.disk_margins.items(), (BLUE, ORANGE), strict=True):
+    for (place, margin), (colour, width) in zip(result.disk_margins.items(), ((BLUE, 2.4), (ORANGE, 0.8)), strict=True):
         label = f"at the {place}: {margin.least:.2f}, {margin.phase:.0f} deg"
-        panels[1].semilogx(frequencies, np.minimum(margin.alpha, 2.5), color=colour, lw=0.8, label=label)
+        panels[1].semilogx(frequencies, np.minimum(margin.alpha, 2.5), color=colour, lw=width, label=label)
     panels[0].set(ylabel="largest singular value", title="all loops")
     panels[1].set(ylabel="disk margin", ylim=(0.0, 2.5), title="all loops at once")
     for axes in panels:
