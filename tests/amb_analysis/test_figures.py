@@ -141,6 +141,25 @@ def test_states_of_contact_at_a_single_speed_are_visible_points():
     assert panel.get_legend().texts[0].get_text() == "RB1"
 
 
+@pytest.mark.parametrize(("largest", "end"), [(0.25, 1.2), (1.5, 1.8), (9.0, 2.0)])
+def test_axis_of_orbits_suits_them_and_its_legend_names_each_line(largest, end):
+    result = SimpleNamespace(
+        curves=SimpleNamespace(
+            speeds=np.linspace(0.0, 100.0, 11), states=[SimpleNamespace(speed=np.arange(11), dynamics=[])]
+        ),
+        orbits=np.linspace(0.0, largest, 11)[:, None],
+        clearances=np.array([1.0]),
+        speed=10.0 * np.pi,
+        sites=("rb1",),
+    )
+    panel = StyledFigure().subplots()
+    traps._draw_orbits(panel, result)
+    assert panel.get_ylim() == pytest.approx((0.0, end))
+    legend = panel.get_legend()
+    assert [text.get_text() for text in legend.texts] == ["RB1", "would touch", "at 300 rpm"]
+    assert legend.get_frame_on()
+
+
 def test_marks_of_rotation_leave_the_ridge_free():
     speeds, frequencies = np.linspace(5.0, 30.0, 40), np.linspace(-60.0, 60.0, 241)
     panel = StyledFigure().subplots()

@@ -38,6 +38,8 @@ FREE, BOTH, CONTACT, WHIRL = "#FFFFFF", "#F6D98B", "#E08E5B", "#C9C9D6"
 WORD_WIDTH, WORD_SHAPE = 0.014, 2.0  # of a letter over the map's width; width over height of the words of an area
 ALIKE = 0.95  # of the largest room for a word, of places that have as much; the middle one is chosen
 WORD_LENGTH = 10  # letters of a line of them
+ORBITS = (1.2, 2.0)  # least and largest end of the axis of orbits
+BACKED: dict[str, Any] = {"frameon": True, "framealpha": 0.8, "edgecolor": "none"}  # of a legend that lines cross
 DECADE = 10.0  # least ratio of the ends of the axis of forces
 POINT = 0.02  # of the axis of speeds; states within it are drawn as points, since a line would not be seen
 INSIDE = 6  # most entries of a legend inside the panel
@@ -84,10 +86,18 @@ def _draw_orbits(panel: Axes, result: Traps) -> None:
         panel.plot(speeds, np.where(exists, np.nan, share), color=colour, ls=":")
     panel.axhline(1.0, color="black", lw=0.8, ls=DASHED)
     panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
-    panel.set(ylabel="orbit without contact / clearance", ylim=(0.0, 2.0))
+    top = float(np.clip(1.2 * np.nanmax(result.orbits / result.clearances, initial=0.0), *ORBITS))
+    panel.set(ylabel="orbit without contact / clearance", ylim=(0.0, top))
     panel.set_xlim(0.0, speeds[-1])
     shade_unstable([panel], unstable)
-    panel.legend(loc="upper right", ncols=2)
+    handles = panel.get_legend_handles_labels()[0]
+    handles.append(Line2D([], [], color="0.3", ls=":", label="would touch" + " or not stable" * bool(unstable)))
+    panel.legend(handles=[*handles, _operating(result)], loc="best", ncols=2, **BACKED)
+
+
+def _operating(result: Traps) -> Line2D:
+    """Return the legend entry of the line at the scenario's speed."""
+    return Line2D([], [], color="0.6", lw=0.7, label=f"at {speed_unit().text(result.speed, 5)}")
 
 
 def _draw_forces(panel: Axes, result: Traps) -> None:
@@ -124,7 +134,7 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
     styles.append(Line2D([], [], color="black", lw=0.8, ls=(0, (3, 1.5)), label="unstable"))
     handles = [*panel.get_legend_handles_labels()[0], *styles]
     if len(handles) <= INSIDE:
-        panel.legend(handles=handles, loc="upper left", ncols=2)
+        panel.legend(handles=handles, loc="upper left", ncols=2, **BACKED)
     else:
         panel.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4)
 
