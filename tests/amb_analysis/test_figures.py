@@ -12,7 +12,9 @@ from matplotlib.text import Text
 from mpl_toolkits.mplot3d import proj3d
 
 from amb_analysis import studies
-from amb_analysis.studies.figures import layout, modes, over_speed, response, sensitivity, traps, waterfall
+from amb_analysis.studies.contact_convergence import ContactConvergence, ConvergenceRow
+from amb_analysis.studies.convergence_runs import Contact
+from amb_analysis.studies.figures import convergence, layout, modes, over_speed, response, sensitivity, traps, waterfall
 from amb_analysis.studies.frequency_responses import ComputedResponse, FrequencyResponses
 from amb_analysis.studies.rotor_layout import layout as layout_of
 from amb_analysis.studies.stability_margin import AxisSensitivity, DiskMargin, GangOfFour, StabilityMargin
@@ -158,6 +160,17 @@ def test_axis_of_orbits_suits_them_and_its_legend_names_each_line(largest, end):
     legend = panel.get_legend()
     assert [text.get_text() for text in legend.texts] == ["RB1", "would touch", "at 300 rpm"]
     assert legend.get_frame_on()
+
+
+def test_sites_of_a_convergence_run_are_beside_each_other():
+    sites = {name: Contact(1e3, 1e3, 1.0, 1.0) for name in ("left", "right")}
+    row = ConvergenceRow("scenario", "scenario", 1.0, 0, sites, None, None, "", None)
+    fields = dict(scenario="made up", rotor="made up", warnings=[], rows=(row, replace(row, start=1)))
+    unknown = dict.fromkeys(("scatter", "change", "step_change", "averaged_change", "averaged_step_change", "chaotic"))
+    picture = convergence.draw(ContactConvergence(**fields, **unknown))
+    places = [line.get_xdata()[0] for line in picture.axes[0].lines]
+    assert len({*places}) == 4
+    assert_names(picture.get_suptitle(), "start k", "1e-06")
 
 
 def test_marks_of_rotation_leave_the_ridge_free():

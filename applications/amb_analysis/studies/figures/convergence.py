@@ -6,11 +6,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from amb_analysis.studies.contact_convergence import CONVERGED, ContactConvergence, ConvergenceRow
+from amb_analysis.studies.convergence_runs import START
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, YELLOW, StyledFigure, write_title
 from amb_cosim.presentation.units import ShownUnit, force_unit
 
 QUANTITIES = {"peak_force": "peak force", "mean_force": "mean over 1 ms", "peak_impulse": "largest impact"}
+APART = 0.16  # distance of the sites of a run, over that of the runs
 NAMED = 8  # most runs of a group whose names are written
 SITE_STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (YELLOW, "v"))
 
@@ -44,7 +46,7 @@ def draw(result: ContactConvergence) -> Figure:
     write_title(
         figure,
         f"{result.scenario} with {result.rotor}: band of {100.0 * CONVERGED:g} % around the scenario; "
-        "hollow: another outcome",
+        "hollow: another outcome" + f"\nstart k: clearances times 1 + {START:g} k" * ("starts" in groups),
     )
     return figure
 
@@ -61,8 +63,9 @@ def _unit(quantity: str, result: ContactConvergence) -> ShownUnit:
 
 
 def _draw_rows(axes: Axes, quantity: str, unit: ShownUnit, rows: list[ConvergenceRow], sites: list[str]) -> None:
-    """Draw a quantity at each site for all runs."""
-    for site, (colour, marker) in zip(sites, SITE_STYLES, strict=False):
+    """Draw a quantity at each site for all runs, with the sites beside each other."""
+    for n, (site, (colour, marker)) in enumerate(zip(sites, SITE_STYLES, strict=False)):
+        beside = APART * (n - 0.5 * (len(sites) - 1))
         reference = rows[0].sites.get(site)
         if reference is not None:
             value = getattr(reference, quantity) / unit.size
@@ -72,6 +75,6 @@ def _draw_rows(axes: Axes, quantity: str, unit: ShownUnit, rows: list[Convergenc
                 face = colour if row.recovery == rows[0].recovery else "white"
                 label = name_label(site) if k == 0 else None
                 value = getattr(row.sites[site], quantity) / unit.size
-                axes.plot(k, value, marker, ms=5, color=colour, markerfacecolor=face, label=label, ls="none")
+                axes.plot(k + beside, value, marker, ms=5, color=colour, markerfacecolor=face, label=label, ls="none")
     axes.set_xlim(-0.5, len(rows) - 0.5)
     axes.grid(color="0.9", lw=0.5)
