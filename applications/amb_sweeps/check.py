@@ -5,10 +5,13 @@ from __future__ import annotations
 from amb_cosim.cosim.system.values import plain_number
 from amb_cosim.presentation.descriptions import common_words
 from amb_cosim.scenario.far_values import StatedValues
+from amb_cosim.scenario.scenario import UNBALANCE
 from amb_sweeps.overlaps import refuse_idle_settings, refuse_overlaps
 from amb_sweeps.panels import first_words
 from amb_sweeps.sampling import SamplePlan
 from amb_sweeps.worker import Runner, Task, event_of
+
+FACTOR = "unbalance_factor"
 
 
 def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
@@ -45,5 +48,8 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
                     stated.refuse_far(name, number, label)
             if common := common_words([port.description for port in ports]):
                 since = f", from the {label.replace('_', ' ')} on" if label else ""
+                factor = prepared.scenario.unbalance_factor
+                if label and ports[0].unit == UNBALANCE and factor != 1.0:
+                    since += f", before the factor {factor:g}" if FACTOR not in settings else ", before the factor"
                 descriptions.setdefault(name, first_words(common) + since if label else common)
     return guids, units, descriptions

@@ -14,7 +14,7 @@ from amb_files.atomic import plain_file
 from amb_sweeps.axes import is_phase
 from amb_sweeps.maps import MOST_PANELS, add_legend, failed_sample, in_display_unit, mark_failed
 from amb_sweeps.outcomes import BROKEN_OFF
-from amb_sweeps.panels import descriptions, numeric_axes, panels
+from amb_sweeps.panels import descriptions, numeric_axes, panels, words_of
 from amb_sweeps.sampling import SAMPLE
 from array_types import Array
 
@@ -27,6 +27,7 @@ METRIC = "peak_contact_force"
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
 _BEYOND = 1e300  # N, instead of infinity, which cannot be interpolated
 FILE = "phase.png"
+LEGEND = 1.4  # inches, width of the title of the legend
 
 
 def draw_phases(swept: Sweep) -> list[str]:
@@ -67,7 +68,10 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
     axes[0].set_ylabel(label)
     handles, labels = axes[0].get_legend_handles_labels()
     if handles:
-        figure.legend(handles, labels, loc="outside right center", frameon=False)
+        others = [str(name) for name in numeric_axes(swept.design) if name != along]
+        words = " and ".join(words_of(name, descriptions(dataset).get(name, "")) for name in others)
+        title = fitted(f"over all values: {words}", LEGEND) if words else None
+        figure.legend(handles, labels, loc="outside right center", frameon=False, title=title)
     add_legend(figure, failed_sample(dataset))
     write_title(figure, swept.title)
     return figure

@@ -78,10 +78,11 @@ class Sweep:
 
     @property
     def title(self) -> str:
-        """Title of the figures: the sweep's description, or its scenario's name and description, in chosen units."""
-        about = str(json.loads(self.dataset.attrs["request"])["scenario"].get("description", ""))
-        text = self.description or (f"Variations of {self.name}: {about}" if about else self.name)
-        return with_speeds_in(text, speed_unit())
+        """Title of the figures: the sweep's description in chosen units, or the name of its scenario.
+
+        The scenario's description is left out, because it states values and an outcome that vary here.
+        """
+        return with_speeds_in(self.description or (self.name and f"Variations of {self.name}"), speed_unit())
 
     @property
     def summary(self) -> str:

@@ -67,3 +67,10 @@ def test_a_setting_that_is_varied_has_no_effect_and_is_refused(name, value):
 def test_a_setting_of_more_than_is_varied_is_a_base():
     task = Task(load_scenario("fig4_9"), {ALL: 0.3})
     check_points(task, sample_plan({"rotor_contact.rb1.mu": [0.2, 2]}))
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1.0, ""), (1.2, ", before the factor 1.2")])
+def test_description_of_an_unbalance_of_an_event_states_the_factor_of_the_scenario(factor, words):
+    task = Task(load_scenario("fig4_9").changed(unbalance_factor=factor))
+    *_, descriptions = check_points(task, sample_plan({"step.rotor_contact.d1.u": "5 g.m:9 g.m:2"}))
+    assert descriptions["step.rotor_contact.d1.u"].endswith(f"from the step on{words}")
