@@ -75,7 +75,7 @@ def test_speeds_that_succeed_are_kept_when_others_fail(runner, runs, tmp_path):
     runs(*ends)
     result = runner("identify", "--speeds", "10 Hz,12 Hz,13 Hz,14 Hz,15 Hz,100 rad/s", "-o", "t.toml")
     assert result.exit_code == 1
-    assert "identification failed at 4 of 6 speeds; t.toml has the 2 done" in result.stderr
+    assert "identification failed at 4 of 6 speeds; t.toml contains the receptances at 2 speeds" in result.stderr
     lines = [line for line in result.stdout.splitlines() if line.strip()]
     words = ("done", "contact", "waiting for a valid window", "ill-conditioned", "amb_actuator failed", "done")
     for line, word in zip(lines[2:], words, strict=True):
