@@ -46,7 +46,7 @@ def with_speed_units(data: Any, keys: Collection[str]) -> Any:
     """Return the data of a file, with the unit rad/s added to numbers whose keys, at any depth, are in `keys`."""
     if isinstance(data, dict):
         return {
-            key: f"{value!r} rad/s" if key in keys and _is_number(value) else with_speed_units(value, keys)
+            key: f"{float(value)!r} rad/s" if key in keys and _is_number(value) else with_speed_units(value, keys)
             for key, value in data.items()
         }
     return [with_speed_units(item, keys) for item in data] if isinstance(data, list) else data

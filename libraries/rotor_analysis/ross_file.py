@@ -192,13 +192,13 @@ def _coefficients(bearing: SavedBearing, frequency: float | None) -> dict[str, A
     """Return the stiffness, the damping and any mass of a bearing, at one or several speeds."""
     if bearing.frequency:
         omega = _frozen_at(bearing, frequency)
-        return _tensors(_frozen(bearing, omega))[0] | {"whirl_frequency": f"{omega!r} rad/s"}
+        return _tensors(_frozen(bearing, omega))[0] | {"whirl_frequency": f"{float(omega)!r} rad/s"}
     if len(bearing.speed or ()) < 2:
         return _tensors(bearing)[0]
     bearing = sampled(bearing) if bearing.interpolation == "spline" else bearing
     return {
         "at_speed": [
-            {"speed": f"{speed!r} rad/s"} | row
+            {"speed": f"{float(speed)!r} rad/s"} | row
             for speed, row in zip(bearing.speed or (), _tensors(bearing), strict=True)
         ]
     }

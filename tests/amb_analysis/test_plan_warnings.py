@@ -21,16 +21,16 @@ STUDIES = {
     "linearisation": {},
     "sensitivity": {},
     "identify": {"speeds": "9000 rpm", "computed": True},
-    "waterfall": {"window": "2 ms"},
+    "waterfall": {"window": "6 ms"},
     "coupling": {},
     "robustness": {},
 }
-BY_RUNS = ("waterfall", "coupling", "robustness")  # half a revolution is enough
+BY_RUNS = ("waterfall", "coupling", "robustness")  # a revolution is enough
 
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_studies_show_the_warnings_of_a_run(name):
-    machine = load_scenario(MACHINE).changed(settle_cycles=0, end_cycle=0.5)
+    machine = load_scenario(MACHINE).changed(settle_cycles=0, end_cycle=1)
     source = {"source" if name == "waterfall" else "scenario": machine if name in BY_RUNS else MACHINE}
     expected = prepare_run(machine, IDLE).warnings
     assert_names(expected[0], "rolac_controller.chain.noise", "rolac_controller.chain.preset")

@@ -124,7 +124,9 @@ def test_a_module_of_another_purpose_is_skipped_naming_its_pack(site, group, lin
 def test_a_listing_that_fails_or_returns_something_else_is_skipped(site, code):
     good = ("def entries(): return ()", "def outcomes(): return {}")
     for bad, name in enumerate(("entries", "outcomes")):
-        text = "\n".join([good[1 - bad], f"def {name}(): {code}", ""])
+        text = "\n".join(
+            [good[1 - bad], f"def {name}(): {code}", "#" * bad]
+        )  # of another size, so that Python compiles it anew
         (site / "broken" / "listing.py").write_text(text, encoding="utf-8")
         listed, warned = command(site, "list")
         assert "fig4_9" in listed

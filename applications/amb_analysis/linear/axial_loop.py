@@ -21,6 +21,7 @@ import numpy as np
 
 from amb_analysis.linear.components import LinearComponent, harmonic_response, loop_of
 from amb_analysis.linear.rotor_and_magnets import lag_of
+from amb_analysis.linear.stability import OVERDAMPED
 from amb_cosim.controllers.laws import Law, delayed, in_series, static
 from amb_files.checks import require, require_positive
 from array_types import Array, Complex
@@ -132,8 +133,12 @@ class AxialLoop:
 
     @property
     def vibrations(self) -> Complex:
-        """Oscillating modes s (rad/s) of the closed loop, with z = exp(s T) and Im s > 0, in order of frequency."""
+        """Oscillating modes s (rad/s) of the closed loop, with z = exp(s T) and Im s > 0, in order of frequency.
+
+        Poles that nearly vanish in a sample are no vibrations: rounding decides whether they have an imaginary part.
+        """
         s = np.log(self.poles[self.poles.imag > 0.0]) / self.sample_time
+        s = s[-s.real < OVERDAMPED * np.abs(s)]
         return np.asarray(s[np.argsort(s.imag)])
 
     def sensitivity(self, frequencies: Array) -> Complex:

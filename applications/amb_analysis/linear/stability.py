@@ -40,6 +40,7 @@ from amb_cosim.presentation.units import frequency_unit
 from array_types import Array, Complex
 
 NEAR = 1e-5  # distance from the unit circle within which rounding is examined
+OVERDAMPED = 0.995  # damping ratio from which a pole is not a vibration
 ROUNDING = 1e4  # error of the matrix over its norm and the precision: of matrix exponentials and condensed stiffnesses
 DRIFT = 0.1  # |omega/sigma| up to which a pole is a drift, not a vibration
 LARGEST = 1e3  # logarithmic decrement that stands for motion that hardly vibrates

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from amb_analysis.linear.loop import CLOSE, Loop
-from amb_analysis.linear.stability import LoopStability
+from amb_analysis.linear.stability import OVERDAMPED, LoopStability
 from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.units import frequency_unit
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 
-OVERDAMPED = 0.995  # damping ratio from which a pole is not a vibration
 TURN = 0.3  # cost of the opposite sense of whirl in the pairing of poles, as a distance over |s|
 APART = 1e6  # of such costs, between a vibration along the shaft and one across it
 

@@ -1,6 +1,7 @@
 """The sampled axial loop against python-control, and its signs."""
 
 import math
+from types import SimpleNamespace
 
 import control
 import numpy as np
@@ -45,6 +46,14 @@ def test_loop_without_lag_agrees_with_python_control(delay):
         assert abs(s) == pytest.approx(abs(near), rel=1e-6)
         assert -s.real / abs(s) == pytest.approx(-near.real / abs(near), rel=1e-6)
     assert len(ours) == len(theirs)
+
+
+def test_poles_that_vanish_within_a_sample_are_no_vibrations():
+    """Rounding may give fast lags, with |z| of 1e-17, an imaginary part: their damping ratio is above 0.996."""
+    with_lag = loop()
+    rounding = 1e-17 * np.exp([1.0j, -1.0j, 3.1j, -3.1j])
+    replaced = SimpleNamespace(poles=np.append(with_lag.poles, rounding), sample_time=with_lag.sample_time)
+    np.testing.assert_allclose(AxialLoop.vibrations.fget(replaced), with_lag.vibrations, rtol=1e-12)
 
 
 def test_loop_with_lag_agrees_with_python_control():
