@@ -49,7 +49,7 @@ class AxisResponse(NamedTuple):
 
 
 class EquivalentCurrents(NamedTuple):
-    """Equivalent currents of both coil pairs (A), such as upper + per_upper times the upper current's deviation."""
+    """Equivalent currents of both coil pairs (A) as linear functions, such as upper + per_upper times the deviation."""
 
     upper: float
     per_upper: float
@@ -59,13 +59,13 @@ class EquivalentCurrents(NamedTuple):
 
 @views
 def fault_code(kind: int, axis: int, n_axes: int) -> int:
-    """Return the code of a fault of an axis."""
+    """Return the fault code for a kind of fault on an axis."""
     return 1 + kind * max(FEWEST_CODES, n_axes) + axis
 
 
 @inlined_kernel
 def is_beyond_gap(axis: np.record, u: np.record) -> bool:
-    """Return whether the displacement of an axis is a fault: |x| >= l for the air gap l, or |x| >= 1.1 l without power.
+    """Return whether the displacement of an axis is a fault: |x| >= l (air gap) with power, |x| >= 1.1 l without.
 
     An energised magnet would pull the rotor into the stator. Without power the rotor may lie on the stator, where its
     contact keeps |x| near l.
@@ -135,7 +135,7 @@ def check(axes: Axes) -> int:
 
 @inlined_kernel
 def working_share(turns: float, current: float, axis: np.record) -> float:
-    """Return the fraction of a coil pair's current (A) that remains effective when only some of its turns work.
+    """Return the fraction of a coil pair's current that remains effective when only some of the pair's turns work.
 
     Lost turns do not reduce the contribution of permanent magnets.
     """
@@ -166,7 +166,7 @@ def equivalent_currents(law: float, axis: np.record, x: float) -> EquivalentCurr
 
 @kernel
 def lagged_coils(axes: Axes, k: int, pairs: CoilPairs, response: AxisResponse, step_size: float) -> Coils:
-    """Return the coils of axis k with the currents that correspond to the fluxes, which lag because of eddy currents.
+    """Return the coils of axis k, with currents that correspond to the fluxes after the lag of the eddy currents.
 
     The lags are advanced by `step_size` (s), or set to a steady state if `step_size` is 0 s.
     """
@@ -198,7 +198,7 @@ def lagged_coils(axes: Axes, k: int, pairs: CoilPairs, response: AxisResponse, s
 
 @inlined_kernel
 def write_outputs(axes: Axes, k: int, response: AxisResponse, coils: Coils) -> None:
-    """Write the outputs of axis k, given the response of its coil pairs and the coils that determine its force."""
+    """Write the outputs of axis k; the currents and turns in `coils` determine its force."""
     p, axis, u, y = axes.common[0], axes.parameters[k], axes.inputs[k], axes.outputs[k]
     x, upper, lower = place_of_force(axis, u), response.upper, response.lower
     y.force, y.gradient = force(p.force_law, axis, x, coils, p.total_force != 0.0)

@@ -6,9 +6,9 @@ The command is constant over a step, so the current obeys a sequence of first-or
     at the voltage limit L di/dt = +-V - R i                as long as the regulator demands more than V
     off                  L di/dt = -V_d - R i               until i = 0; V_d = 0: only the coil's resistance
 
-The voltage is at its limit until i reaches I_leave = (L omega I_ref -+ V)/(L omega - R). A logarithm gives the time
-until then. The voltage does not reach the limit again before the command changes. The solution is exact for a step of
-any length.
+The voltage is at its limit until i reaches I_leave = (L omega I_ref -+ V)/(L omega - R). The time at which i reaches
+I_leave follows from a logarithm. The voltage does not reach the limit again before the command changes. The solution is
+exact for a step of any length.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Eddy currents in solid iron: the flux of a coil pair lags its current by half an order.
+"""Eddy currents in solid iron: the flux of a coil pair follows its current with a lag of order one half.
 
     G(s) = 1/(1 + sqrt(s/omega_e)) = int_0^inf c(p) p/(s + p) dp                                                     (1)
     c(p) = 1/(pi sqrt(p omega_e) (1 + p/omega_e)) > 0
@@ -13,15 +13,15 @@ and above b omega_e, have the weights 2/pi atan(sqrt(a)) and 2/pi atan(1/sqrt(b)
 the first moments of the tails. G_n is within 0.05 % of G up to 100 omega_e, 0.1 % up to 1000 omega_e, and 0.25 % up to
 10,000 omega_e.
 
-The flux lags. It is written as an equivalent current v of a coil pair, so that the force law does not depend on the
-displacement:
+The lagging flux is expressed as an equivalent current v of a coil pair. As a function of v, the force does not depend
+on the displacement:
 
     nonlinear    v = i l/(l -+ x)        the current with the same flux mu_0 N v/l at the centre
     linear       v = i +- x K_s/K_i      F = K_i v
 
 The force is computed from the lagged v, so that F = G(s) (K_i I_c + K_s x) about the centre. The current of a coil pair
 is known over a step (`amplifier.Course`), and (2) is exact for it. The displacement is extrapolated to the middle of
-the step, with an error of second order. Working turns act on the lagged flux at once.
+the step, with an error of second order. A change in the number of working turns changes the lagged flux at once.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def lagged_flux(
 
 @kernel
 def _followed(p: float, y: float, offset: float, slope: float, course: Course) -> float:
-    """Return the value of a lag y' = p (v - y) that begins at y, after a course of v = offset + slope i.
+    """Return the output of a lag y' = p (v - y) at the end of a course, given y at its start; v = offset + slope i.
 
     With i = i_t + (i_0 - i_t) exp(-r t):
 

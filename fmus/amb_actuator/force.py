@@ -29,7 +29,7 @@ from fmi_export.jit import kernel
 
 
 class Coils(NamedTuple):
-    """Coil currents and working turns, which together with the displacement give the force.
+    """Coil currents and working turns, which determine the force together with the displacement.
 
     upper, lower
         Deviations of the two coil currents from the operating point (A). Both are positive if they increase the pull
@@ -83,7 +83,7 @@ def current_stiffness(p: np.record) -> float:
 
 @kernel
 def current_per_displacement(law: float, p: np.record) -> float:
-    """Return K_s/K_i of a linear law (A/m), the current that exerts the force of a unit displacement; 0 if K_i = 0."""
+    """Return K_s/K_i of a linear law (A/m), the current that gives the force of a unit displacement; 0 if K_i = 0."""
     k_s, k_i = negative_stiffness(p), current_stiffness(p)
     if law == MEASURED:
         k_s, k_i = p.k_s_measured, p.k_i_measured
@@ -142,8 +142,8 @@ def nonlinear_force(p: np.record, x: float, c: Coils, total: bool = False) -> tu
 def linear_force(p: np.record, k_s: float, k_i: float, x: float, c: Coils, total: bool = False) -> tuple[float, float]:
     """Return the force (N) and its gradient (N/m) of the linear law F = K_s x + K_i I_c     (2.7).
 
-    If turns or bias are lost, the law is (2.6) linearised about the remaining operating point. Let a = I_s + I_b and b
-    = I_b, and let n_u and n_l be the working fractions of the turns. The currents are split into a bias level e and a
+    If turns or bias are lost, the law is (2.6) linearised about the operating point that remains. Let a = I_s + I_b and
+    b = I_b, and let n_u and n_l be the working fractions of the turns. The currents are split into a bias level e and a
     control current:
 
         i_upper = e a + I_c,   i_lower = e b - I_c,   e = (i_upper + i_lower)/(a + b)
@@ -195,7 +195,7 @@ def force(law: float, p: np.record, x: float, c: Coils, total: bool = False) -> 
 
 @kernel
 def is_beyond_knee(p: np.record, x: float, c: Coils) -> bool:
-    """Return whether the flux density of a coil pair exceeds the knee of saturation, whichever force law is used."""
+    """Return whether the flux density of a coil pair exceeds the knee of saturation, regardless of the force law."""
     upper = flux_density(p.turns, c.upper_turns * (p.static_current + p.bias_current + c.upper), p.gap - x)
     lower = flux_density(p.turns, c.lower_turns * (p.bias_current - c.lower), p.gap + x)
     knee: float = (1.0 - p.knee_width) * p.b_sat

@@ -1,8 +1,8 @@
 """Components of an assembly and their connections.
 
-A variable of a part is called `component.variable`. Each input of a part is fed by an output of a part (a connection)
-or by an input of the assembly. An input of the assembly has the name of its shared signal; without one, it has the name
-of the part input that it feeds.
+A variable of a part is called `component.variable`. Each input of a part receives its value from an output of a part (a
+connection) or from an input of the assembly. An input of the assembly has the name of its shared signal. Without a
+shared signal, the input has the name of the part input that it feeds.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SLOPE = "_dot"  # ends the name of an input that is the slope of another input o
 
 
 def variables(part: AssembledModel, causality: Causality) -> list[tuple[str, Variable]]:
-    """Return the variables of a part with their names in the assembly, except the fault code, which parts share."""
+    """Return the variables of a part with their names in the assembly; the shared fault code is omitted."""
     variables = part.model.interface.of(causality)
     return [(f"{part.name}.{v.name}", v) for v in variables if v.name != FAULT_CODE]
 
@@ -40,12 +40,12 @@ class Composite:
     step_size
         Communication step of the system (s).
     jacobi
-        Whether all parts use the values that the outputs of the other parts have at the beginning of a step.
+        Whether each part uses the outputs of the other parts as they were at the beginning of a step.
 
     Raises
     ------
     ValueError
-        If a name is not that of an output or input of a part, or if an input is fed twice.
+        If no part has an output or input of a given name, or if an input has two sources.
     """
 
     parts: tuple[AssembledModel, ...]
@@ -95,7 +95,7 @@ class Composite:
 
     @property
     def sample_time(self) -> str:
-        """The parameter that divides steps: the sample time of the only part that samples; empty if none does."""
+        """The parameter that divides steps: the sample time of the part that samples; empty unless one part does."""
         sampling = [p.name for p in self.parts if p.every == 1 and SAMPLE_TIME in p.model.interface.position]
         return f"{sampling[0]}.{SAMPLE_TIME}" if len(sampling) == 1 else ""
 
@@ -105,7 +105,7 @@ class Composite:
         return self.sources.get(full, full)
 
     def wiring(self) -> Wiring:
-        """Return the wiring, with variables given by their positions."""
+        """Return the wiring, in which positions identify the variables."""
         position = {name: k for k, name in enumerate((*self.inputs, *self.outputs))}
         return Wiring(
             sources=tuple(position[source] for source in self.sources.values()),

@@ -1,4 +1,4 @@
-"""Variable table of an assembly: the variables of its parts, except inputs that are fed by an output."""
+"""Variable table of an assembly: the variables of its parts, except inputs that are connected to an output."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Needs = dict[str, set[str] | None]  # variables of the assembly that an output n
 
 
 def renamed(composite: Composite, part: AssembledModel, sentence: str) -> str:
-    """Return a sentence of a part, with each `{name}` replaced by the name of the variable in the assembly."""
+    """Return a sentence about a part in which each `{name}` is replaced by the variable's name in the assembly."""
     return re.sub(
         r"\{([^}]+)\}",
         lambda match: match[0] if match[1] == STEP_SIZE else f"{{{composite.named(part, match[1])}}}",
@@ -74,7 +74,7 @@ def _outputs(composite: Composite) -> Iterator[Variable]:
 
 
 def _direct_dependencies(composite: Composite) -> Needs:
-    """Return the inputs that reach each output without delay."""
+    """Return, for each output, the inputs that affect it without delay."""
     return {
         name: {composite.named(part, u) for u in v.depends_on}
         for part in composite.parts
@@ -83,7 +83,7 @@ def _direct_dependencies(composite: Composite) -> Needs:
 
 
 def _initial_dependencies(composite: Composite) -> Needs:
-    """Return the variables on which each output depends at the start, or None where these are not declared."""
+    """Return the variables on which each output depends at the start, or None if they are not declared."""
     needs: Needs = {}
     for part in composite.parts:
         declared = part.model.interface.initial_dependencies
@@ -94,7 +94,7 @@ def _initial_dependencies(composite: Composite) -> Needs:
 
 
 def _traced_to_inputs(composite: Composite, needs: Needs) -> dict[str, tuple[str, ...] | None]:
-    """Return the assembly's parameters and inputs on which each output depends, directly or through other outputs."""
+    """Return, for each output, the assembly's parameters and inputs on which it depends, even through other outputs."""
     order = [name for part in composite.parts for name, _ in variables(part, "parameter")] + list(composite.inputs)
     result: dict[str, tuple[str, ...] | None] = {}
     for name in needs:

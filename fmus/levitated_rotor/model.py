@@ -12,7 +12,7 @@ FAULTS = {1: "outputs do not settle during initialisation; the connections close
 
 
 def no_kernel(*_: object) -> NoReturn:
-    """Raise NotImplementedError, because `assembly.c` in the FMU steps the parts of an assembly."""
+    """Raise NotImplementedError, because only `assembly.c` in the FMU can step the parts of an assembly."""
     raise NotImplementedError("an assembly has no kernels of its own; build its FMU")
 
 

@@ -95,7 +95,7 @@ def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work
 
 @inlined_kernel
 def write_outputs(matrices: LawMatrices, state: State, outputs: Outputs) -> None:
-    """Write all outputs except the demands; the states are written in the coordinate order of the law."""
+    """Write all outputs except the demands; the states are reordered from the blocks to the coordinates of the law."""
     head, common = state.head[0], outputs.common[0]
     common.adc_limited = head.adc_limited
     common.demand_limited = head.demand_limited
@@ -106,7 +106,7 @@ def write_outputs(matrices: LawMatrices, state: State, outputs: Outputs) -> None
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Compute the state and the outputs at the start, without a sample; for the arguments see `Model.initialise`."""
+    """Compute the state and the outputs at the start, without taking a sample; arguments as in `Model.initialise`."""
     sizes, matrices = sizes_of(constants), matrices_of(constants)
     p, memory, y = parameters_of(parameters, sizes), state_of(state, sizes), outputs_of(outputs, sizes)
     crossed = first_crossed(p)

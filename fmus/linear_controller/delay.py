@@ -4,9 +4,9 @@ If the delay is d = n + f samples, 0 <= f < 1, the demand computed at sample s a
 
     v(t) = u_(s-n)     from t_s + f T on,   u_(s-n-1) before                          (1)
 
-If f = 0, it applies to the whole communication step that takes sample s + n, as it would without a delay. Otherwise a
-communication step outputs the mean of v over the step. The mean equals v if v does not change within the step;
-otherwise it gives the correct impulse of the force.
+If f = 0, the demand applies to the whole communication step that takes sample s + n; this is also the rule without a
+delay. Otherwise a communication step outputs the mean of v over the step. The mean equals v if v does not change within
+the step; otherwise it gives the correct impulse of the force.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ def write_delayed(history: Array, sample: int, delay: float, shares: tuple[float
     delay
         Delay d, in samples.
     shares
-        Fractions of the step that lie after two changes of v: the one at the newest sample (at t_s + f T), and the one
-        at the previous sample.
+        Fractions of the step that lie after two changes of v: the change due to the newest sample (at t_s + f T), and
+        that due to the previous sample.
     """
     whole = int(delay)
     newest = (sample - whole + N_HISTORY) % N_HISTORY

@@ -8,7 +8,8 @@ themselves. They continue to follow the measurement, because damping matters mos
 such as integrators, do not recover. L acts only on the slow modes (back-calculation). While the demand is limited, the
 slow modes have the matrix A_s - L_s C_s in their coordinates xi = W x, where A_s = W A V, C_s = C V and L = V L_s. For
 each eigenvalue lambda of A_s, this matrix has the eigenvalue alpha^2 / conj(lambda) with alpha = exp(-T / slow_time).
-This choice requires the least excess, because L_s is the gain of a Kalman filter for A_s / alpha without process noise.
+L_s is then the gain of a Kalman filter for A_s / alpha without process noise, so this feedback requires the least
+excess.
 
 **Switching on.** While the law is off, its demands are `offset + feedforward`; filters follow the measurement, and slow
 modes are held at zero. At the sample that switches the law on, jump = u_last - u. The jump then fades as
@@ -32,7 +33,7 @@ from signal_chain.demands import converted, dac_of, within_converter
 
 @inlined_kernel
 def start_states(parameters: Parameters, matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
-    """Set the states of the first sample to zero, or to rest under the errors at the end of `work.law_inputs`."""
+    """Set the first sample's states to zero, or to steady state under the errors at the end of `work.law_inputs`."""
     clear(state.x)
     if parameters.common[0].start_at_rest != 0.0:
         errors = work.law_inputs[state.x.shape[0] :]
@@ -41,7 +42,7 @@ def start_states(parameters: Parameters, matrices: LawMatrices, bracket: TableRo
 
 @inlined_kernel
 def reset_slow(matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
-    """Remove the part of the slow modes from the states."""
+    """Subtract the contribution of the slow modes from the states."""
     slow = work.law_outputs[: state.x.shape[0]]
     clear(slow)
     add_product(matrices.slow, matrices.values, bracket, state.x, slow)

@@ -7,7 +7,7 @@ for all speeds.
 
     law        M, shape (n_states + n_demands, n_states + n_signals)
     tracking   L, (n_states, n_demands): feedback of a demand's excess to the states, see `law`
-    rest       S, (n_states, n_signals): states at rest under a signal, integrators at zero
+    rest       S, (n_states, n_signals): steady states under a constant signal, with integrators at zero
     slow       P, (n_states, n_states): the part of the states that `reset` removes
 
 Between two speeds of the table, M = (1 - w) M_lower + w M_upper with w from 0 to 1. M is therefore a continuous
@@ -134,8 +134,8 @@ def find_bracket(speeds: Array, Omega: float) -> TableRows:
 def add_blocks(blocks: Records, values: Array, factor: float, source: Array, target: Array) -> None:
     """Add the product of `factor`, a matrix and `source` to `target`.
 
-    Processing four columns at once requires a quarter of the loads and stores of `target`, and keeps the rows
-    independent.
+    Four columns are processed at once, which requires a quarter of the loads and stores of `target`. The sums of
+    different rows remain independent.
     """
     for k in range(blocks.shape[0]):
         block = blocks[k]

@@ -15,7 +15,7 @@ _NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
 
 @dataclass(frozen=True)
 class Ports:
-    """Names of the measured signals and of the demands, in the order of the matrices' columns and rows.
+    """Names of the measured signals (columns of the matrices) and of the demands (rows), in order.
 
     Raises
     ------

@@ -91,9 +91,9 @@ def turn_forces(U: Complex, harmonics: Records, angle: float) -> None:
 
 @kernel
 def limit_forces(U: Complex, harmonics: Records, largest: float) -> bool:
-    """Scale down the forces of each axis whose amplitudes add up to more than `largest`; return whether any is limited.
+    """Scale down an axis's forces if their amplitudes add up to more than `largest`; return whether any is limited.
 
-    A limited force does not wind up, because the forces are themselves the integrals of the law.
+    The forces are themselves the integrals of the law, so limiting them also prevents wind-up.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
 """Contact with the retainer bearings: the fraction of time in contact, and an adaptation that accounts for contact.
 
-A journal in contact is held on its circle by a force -N q/c, like a spring N/c between the journal and the centre. Let
-D = R_b^-1 be the dynamic stiffness of the free rotor at the bearings; then the total force on the journal is F = (D +
-N/c) q. To release the journal, U must change along -F. ROLAC changes U along H Q ~ -D q. This is the wrong direction if
-Re D < 0, because above the critical speed of a mode the response rotates by more than 90 degrees when contact stiffens
-the mode. The phase of D + N/c is between 0 (stiffness) and 90 degrees (damping). Contact-aware adaptation therefore
+A journal in contact is held on its clearance circle by a force -N q/c, as by a spring N/c between journal and centre.
+Let D = R_b^-1 be the dynamic stiffness of the free rotor at the bearings; then the total force on the journal is F = (D
++ N/c) q. To release the journal, U must change along -F. ROLAC changes U along H Q ~ -D q. This direction is wrong if
+Re D < 0. Above the critical speed of a mode, contact stiffens the mode and thereby rotates the response by more than 90
+degrees. The phase of D + N/c is between 0 (stiffness) and 90 degrees (damping). Contact-aware adaptation therefore
 keeps the size of the step, but rotates the step against the journal's displacement, with a lead psi and in proportion
 to the share p of time in contact:
 
@@ -27,7 +27,7 @@ from rolac_controller.records import Parameters
 
 @inlined_kernel
 def is_in_contact(parameters: Parameters, contact_state: float, displacements: Array, bearing: int) -> bool:
-    """Return whether a journal is in contact, by the criterion of `contact.source`."""
+    """Return whether a journal is in contact, by the criterion that `contact.source` selects."""
     contact, sensor_of_axis = parameters.common[0].contact, parameters.sensor_of_axis
     if contact.source == GIVEN:
         return int(contact_state) >> bearing & 1 == 1
@@ -43,7 +43,7 @@ def update_contact_share(
 ) -> bool:
     """Update each bearing's share of time in contact; return whether any journal is in contact now.
 
-    The share is a running mean with the time constant of a revolution.
+    The share is a running mean with a time constant of one revolution.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def update_contact_share(
 
 @kernel
 def turn_against_displacement(parameters: Parameters, share: float, Q: Complex, delta_U: Complex, bearing: int) -> None:
-    """Rotate an adaptation step of one bearing against its displacement, in proportion to its share of contact.
+    """Rotate a bearing's adaptation step against the journal's displacement, in proportion to the share of contact.
 
     Parameters
     ----------

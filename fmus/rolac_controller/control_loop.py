@@ -54,7 +54,8 @@ class ControlLoop:
     Raises
     ------
     ValueError
-        If there is no bearing or there are more than `MAX_BEARINGS`, or if a bearing lacks its sensor plane.
+        If there is no bearing or there are more than `MAX_BEARINGS`, or if the plane that the PID of a bearing reads is
+        not among the sensor planes.
     """
 
     bearings: tuple[str, ...]

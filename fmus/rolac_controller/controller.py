@@ -107,7 +107,7 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) ->
 def control(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, sample_time: float, outputs: Outputs
 ) -> None:
-    """Compute the currents of all axes, I = I_pid + u/K_i (5.1 to 5.4, 5.23), with their limits and the DAC.
+    """Compute the currents of all axes, I = I_pid + u/K_i (5.1 to 5.4, 5.23); then limit and convert them (DAC).
 
     `sample_time` (s) is 0 at initialisation, so nothing is integrated.
     """

@@ -29,7 +29,7 @@ def amplitude_at(frequency: float) -> float:
 
 @kernel
 def periods(frequency: float) -> float:
-    """Return the revolutions in a slot, N_per = max(3 f, 45) rounded up (6.4); n slots take n N_per/f seconds (6.3)."""
+    """Return N_per = max(3 f, 45) rounded up, the revolutions in a slot (6.4); n slots take n N_per/f seconds (6.3)."""
     needed = max(PERIODS_PER_HZ * frequency, FEWEST_PERIODS)
     return float(math.ceil(needed - ROUNDING))
 
@@ -64,7 +64,7 @@ def force_component(harmonics: Records, number: int, multi: bool, scale: float, 
     """Return the complex amplitude of a harmonic of the test force (N).
 
     A single harmonic has the amplitude A(f). Several harmonics have the amplitudes A sqrt(P), with A at the frequency
-    of each, so that the power is the same (5.14). Their phases are Schroeder's.
+    of each, so that the power is the same (5.14). Their phases follow Schroeder's rule (5.13).
 
     Parameters
     ----------

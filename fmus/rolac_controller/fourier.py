@@ -214,7 +214,7 @@ def add_sample(window: Window, harmonics: Records, theta: float, displacements: 
 
 @inlined_kernel
 def samples_of_revolution(window: Window) -> float:
-    """Return the length of the last revolution in samples, not rounded, or 0 if the window has no full revolution."""
+    """Return the length of the last revolution in samples, not rounded; 0 if the window has no full revolution."""
     excess = window_angle(window) - 2.0 * math.pi
     if excess < -ANGLE_TOLERANCE:
         return 0.0
@@ -227,8 +227,8 @@ def samples_of_revolution(window: Window) -> float:
 def transform(window: Window, harmonics: Records, Q: Complex) -> None:
     """Compute the components of all harmonics over the last revolution.
 
-    Q_n is 1/pi times the integral of q exp(-j n theta) dtheta over the last 2 pi (5.20, 5.21). For a signal that has
-    the amplitude a in harmonic m (a constant if m = 0) and an angle of delta rad between samples, the error is below
+    Q_n is 1/pi times the integral of q exp(-j n theta) dtheta over the last 2 pi (5.20, 5.21). If the signal is a
+    harmonic m (a constant if m = 0) with the amplitude a, sampled every delta rad, the error is below
 
         a (m^2 + n^2) delta^3 sqrt(3) / (216 pi)
 

@@ -58,7 +58,7 @@ def progress(memory: IdentificationMemory) -> float:
 
 @inlined_kernel
 def axis_under_test(memory: IdentificationMemory) -> int:
-    """Return the axis to which the test force is applied, or -1 if there is none."""
+    """Return the axis to which the test force is applied, or -1 if no test force is applied."""
     axis = int(memory.course[0].stage) - SLOT_BEFORE - 1
     return axis if 0 <= axis < memory.R.shape[2] else -1
 

@@ -46,7 +46,7 @@ class IdentificationMemory(NamedTuple):
     Q
         Mean Q of each slot (during the slot, the sum), shape (n_axes + 2, N_HARMONICS, n_sensors) (m).
     R
-        Result R of the last identification, shape (N_HARMONICS, n_sensors, n_axes) (m/N).
+        Receptance R from the last identification, shape (N_HARMONICS, n_sensors, n_axes) (m/N).
     """
 
     course: Records

@@ -1,6 +1,6 @@
 """Tabulated response of a controller that closes the loop instead of the PID, or in addition to it.
 
-The constants contain the number of rows, the keys of the rows, ascending in harmonic order and speed, and the matrix C
+The constants contain the number of rows, the key of each row (ascending in harmonic order and speed), and the matrix C
 of each row. In
 
     u = -C q,   C of shape (n_axes, n_sensors) (N/m),

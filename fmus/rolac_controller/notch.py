@@ -54,7 +54,7 @@ def control_response(parameters: Parameters, order: float, Omega: float, C: Comp
 
 @kernel
 def reject_synchronous(parameters: Parameters, order: float, Omega: float, Q: Complex, U: Complex, work: Work) -> None:
-    """Change the forces of a harmonic by a step of U' = -alpha S (U - C Q).
+    """Change the forces of a harmonic by one step of the law U' = -alpha S (U - C Q).
 
     Parameters
     ----------

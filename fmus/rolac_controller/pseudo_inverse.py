@@ -3,7 +3,7 @@
     H = -(R^H W R)^-1 R^H W = -(W^(1/2) R)^+ W^(1/2)                                    (5.10)
 
 One-sided Jacobi rotations V make the columns of A = W^(1/2) R orthogonal; then A V = B, B^H B = Sigma^2 and A^+ = V
-Sigma^-2 B^H. Rotations keep small singular values accurate, whereas the product A^H A would not.
+Sigma^-2 B^H. Rotations keep small singular values accurate; forming the product A^H A would not.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def svd_work_of(array: Array, start: int, sizes: Sizes) -> SvdWork:
 
 @kernel
 def rotate(columns: Complex, p: int, q: int, cos: float, sin: float, direction: complex) -> None:
-    """Replace columns a_p and a_q of a matrix by cos a_p - sin b and sin a_p + cos b, where b = a_q conj(direction)."""
+    """Replace columns a_p, a_q of a matrix by `cos` a_p - `sin` b, `sin` a_p + `cos` b; b = a_q conj(direction)."""
     for i in range(columns.shape[0]):
         a, b = columns[i, p], direction.conjugate() * columns[i, q]
         columns[i, p] = cos * a - sin * b

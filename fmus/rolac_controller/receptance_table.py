@@ -1,6 +1,6 @@
 """The table of receptances R and matrices H that the controller uses and updates.
 
-The array of a table contains the number of rows, the keys of the rows, ascending in harmonic order and speed, all R,
+The array of a table contains the number of rows, the key of each row (ascending in harmonic order and speed), all R,
 and all H. The constants of an FMU contain the table with which it was built. The state contains the table in use, which
 has room for more rows.
 """
@@ -99,7 +99,7 @@ def copy_row(source: TableViews, k: int, target: TableViews, place: int) -> None
 
 @kernel
 def load(built: TableViews, parameters: Parameters, table: TableViews, svd: SvdWork) -> bool:
-    """Copy the built table to the table in use; return False if the sensor weights leave a receptance ill-conditioned.
+    """Copy the FMU's built-in table to the table in use; return False if the sensor weights make it ill-conditioned.
 
     If any weight differs from one, H is recomputed.
 
@@ -128,7 +128,7 @@ def load(built: TableViews, parameters: Parameters, table: TableViews, svd: SvdW
 def find_bracket(table: TableViews | InnerLoop, order: float, speed: float) -> Bracket:
     """Return the rows of a harmonic on both sides of a speed (rad/s).
 
-    Outside the table, both are the nearest row.
+    If the speed is outside the table, both rows are the nearest one.
     """
     lower = upper = -1
     for k in range(int(table.n_rows[0])):

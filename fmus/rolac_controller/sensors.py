@@ -15,8 +15,8 @@ from signal_chain.readings import SensorMemory, read
 def plane_weight(parameters: Parameters, plane: int, other: int) -> float:
     """Return the weight with which the displacement at plane `other` contributes to that at the sensors of `plane`.
 
-    Sensors may be offset axially from their plane. The bent shaft is interpolated by Lagrange's polynomial through all
-    planes.
+    Sensors may be offset axially from their plane. The assumed shape of the bent shaft is Lagrange's polynomial through
+    the displacements at all planes.
     """
     z = parameters.plane_positions[plane] + parameters.plane_offsets[plane]
     z_other = parameters.plane_positions[other]

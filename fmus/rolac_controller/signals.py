@@ -84,7 +84,7 @@ def _sensor_inputs(loop: ControlLoop) -> tuple[str, ...]:
 
 
 def _inputs_of_sensor(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
-    """Inputs that affect a sensor: its faults, and displacements along its axis, which an axial offset combines."""
+    """Inputs that affect a sensor: its faults and, due to axial offsets, displacements along its axis at all planes."""
     names = loop.sensor_names
     return (*names[sensor % 2 :: 2], *(f"{names[sensor]}.{fault}" for fault in FAULT_INPUTS))
 
@@ -96,7 +96,7 @@ GAINS = ("k_b", "k_s", "k_i", "k_p", "i_min", "i_max")  # parameters that a curr
 
 
 def _measured_at_start(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
-    """Parameters and inputs that determine a sensor's measured displacement at the start, except the ADC's bits."""
+    """Parameters (except the ADC's bits) and inputs that determine a sensor's measured displacement at the start."""
     name = loop.sensor_names[sensor]
     faults = tuple(f"{name}.fault_{kind}" for kind in ("dead", "stuck", "offset"))  # noise begins with the samples
     others = (*loop.sensor_names[sensor % 2 :: 2], f"plane{sensor // 2 + 1}.offset", "plane_positions[*]")

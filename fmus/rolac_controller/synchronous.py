@@ -31,7 +31,7 @@ from rolac_controller.state import State, Work
 
 @inlined_kernel
 def permitted_status(parameters: Parameters, inputs: Inputs, state: State, work: Work) -> int:
-    """Return the status that the synchronous control has before the table is checked."""
+    """Return the status of the synchronous control as far as it does not depend on the table."""
     rolac, findings = parameters.common[0].rolac, work.findings[0]
     if not inputs.common[0].rolac_enable:
         return OFF

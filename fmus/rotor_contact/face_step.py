@@ -1,8 +1,9 @@
-"""A communication step of a rotor that touches faces along its shaft, or may touch one.
+"""A communication step of a rotor that touches, or might touch, a face that stops it along its shaft.
 
-The axial position z is advanced first (`axial_contact`). Everything else then moves under the force of the seats that
-results from z, in pieces, or in substeps where the forces are not smooth. Both proceed in parts that are short compared
-with the vibration on the stiffest ring, so that z and the lean of the shaft remain consistent.
+The axial position z is advanced first (`axial_contact`). The forces of the seats follow from z. Under these forces
+everything else then moves, in pieces, or in substeps where the forces are not smooth. Both motions proceed in parts
+that are short compared with the period of vibration on the stiffest ring, so that z and the lean of the shaft remain
+consistent.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def is_near_faces(
 
 @kernel
 def _is_at_rest(face: Face, mass: float, force: float, axial: np.record) -> bool:
-    """Return whether a rotor under a force (N) hardly vibrates on a ring that touches all around."""
+    """Return whether a rotor under a force (N) rests, almost without vibration, on a ring that touches all around."""
     depth, rest = penetration(face, axial.z), -face.side * force / face.stiffness
     amplitude = math.hypot(depth - rest, axial.speed * math.sqrt(mass / face.stiffness))
     return bool(rest - amplitude >= face.lean and amplitude <= OF_REST * rest)
@@ -91,9 +92,9 @@ def advance_on_faces(
     step_size: float,
     is_held: bool,
 ) -> int:
-    """Advance z over a step of `step_size` (s) in parts, each along the shaft first; return a fault code.
+    """Advance z over a step of `step_size` (s) in parts, each beginning with the axial motion; return a fault code.
 
-    `is_held` states whether a spin that may be released is held. A part is advanced in pieces by the matrices if
+    `is_held` states whether the spin is held but may be released later. A part is advanced in pieces by the matrices if
     possible, and is otherwise integrated in substeps.
     """
     records, z, head, solver = (
@@ -154,7 +155,7 @@ def _pass_pieces(
     Omega: float,
     memory: np.record,
 ) -> tuple[float, float, float]:
-    """Advance z over a part of a step by pieces without contact events, of this level or the next shorter one.
+    """Advance z over a part of a step by event-free pieces of level `part_level` or of the next shorter level.
 
     Returns the completed share of the part, and the angle and the speed of the rotor at the end of this share.
     """

@@ -16,7 +16,7 @@ MAX_DEFLECTION = 1.0  # m; an equilibrium further away is that of a rotor withou
 
 @kernel
 def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> bool:
-    """Compute the steady motion q = q_s + Re(Q exp(i theta)) at an angle; return False if none exists.
+    """Compute the steady motion q = q_s + Re(Q exp(i theta)) at the start angle; return False if none exists.
 
     K q_s = steady,  (K - Omega^2 + i Omega C) Q = Omega^2 (cosine - i sine)        (coefficients of `Motion`)
 
@@ -65,7 +65,7 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
 
 @kernel
 def clamp_to_clearance(sites: Sites, q: Array, v: Array, Omega: float) -> None:
-    """Move each journal that is outside its retainer onto it, in sliding contact; the rotor does not move elsewhere."""
+    """Put each journal that is outside its retainer onto its circle, in sliding contact; other nodes do not move."""
     for site in sites:
         if can_touch(site) and locate_journal(site, q) > site.clearance:
             put_on_circle(site, q)

@@ -76,7 +76,8 @@ class State(NamedTuple):
     """The state: `HEAD` in an array of length 1, the latest key and constant speed, the sites, z = (q, v, integrals).
 
     `axial` contains one record of the motion along the shaft if the rotor has a thrust disc, else none; `faces`
-    contains records of type `FACE_STATE`. z has room for all bodies; with fewer bodies it ends earlier.
+    contains records of type `FACE_STATE`. z has room for all possible bodies; with fewer bodies, only its first part is
+    used.
     """
 
     head: Records
@@ -92,7 +93,8 @@ class Scratch(NamedTuple):
     """The scratch array as views.
 
     matrices
-        Cache across steps; `step_matrices.is_for` and `matrix_rows.is_complete` revalidate it.
+        Matrices kept from step to step; `step_matrices.is_for` and `matrix_rows.is_complete` check whether they are
+        still valid.
     spin, sites, equations
         As in `Workspace`.
     stages
@@ -104,7 +106,7 @@ class Scratch(NamedTuple):
     orbit
         Equations of the steady orbit, shape (2 n, 2 n + 1).
     step_cache
-        Values on which the records of sites, faces and spin and the non-magnetic forces depend.
+        Parameters and inputs on which the non-magnetic forces and the records of sites, faces and spin depend.
     faces
         As in `Workspace`.
     """
@@ -136,34 +138,34 @@ def pairs_of_inputs(structure: Structure) -> int:
 
 @views
 def stage_size(n: int, n_sites: int, n_faces: int) -> int:
-    """Return the size of a row of `Workspace.stages`; it is even."""
+    """Return the size of a row of `Workspace.stages`, which is even."""
     size = 2 * n + N_INTEGRALS + N_SITE_INTEGRALS * n_sites + N_FACE_INTEGRALS * n_faces
     return size + size % 2
 
 
 @views
 def place_of_constant_speed(structure: Structure) -> int:
-    """Return where the constant speed begins in the state."""
+    """Return the position in the state at which the constant speed begins."""
     n_bearings, n_sites = structure.bearings.shape[0], structure.sites.shape[0]
     return N_HEAD + matrices_key_size(n_bearings, n_sites)
 
 
 @views
 def place_of_sites(structure: Structure) -> int:
-    """Return where the records of the sites begin in the state."""
+    """Return the position in the state at which the records of the sites begin."""
     n_bearings = structure.bearings.shape[0]
     return place_of_constant_speed(structure) + constant_speed_size(n_bearings)
 
 
 @views
 def place_of_axial_motion(structure: Structure) -> int:
-    """Return where the motion along the shaft begins in the state."""
+    """Return the position in the state at which the motion along the shaft begins."""
     return place_of_sites(structure) + structure.sites.shape[0] * N_SITE_STATE
 
 
 @views
 def place_of_motion(structure: Structure) -> int:
-    """Return where z begins in the state."""
+    """Return the position in the state at which z begins."""
     return place_of_axial_motion(structure) + structure.n_thrust * N_AXIAL + structure.n_faces * N_FACE_STATE
 
 
@@ -211,7 +213,7 @@ def state_of(state: Array, structure: Structure) -> State:
 def scratch_of(work: Array, structure: Structure) -> Scratch:
     """Return views into the scratch array of a rotor with this structure.
 
-    Frequently read parts come first, at even offsets, because kernels use vectors of two numbers.
+    Parts that are read frequently come first. Their offsets are even, because kernels process vectors of two numbers.
     """
     n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
     stages, stages_size = N_SPIN, N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites, structure.n_faces)
@@ -324,7 +326,7 @@ def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
 
 @kernel
 def load_faces(states: Records, w: Workspace) -> None:
-    """Set whether each seat pushes, according to the state of its face, and reset everything that a step collects."""
+    """Set whether each face is pressed, as stored in its state, and reset everything that a step collects."""
     records = faces_of(w.faces, w.Minv.shape[0]).records
     numbers = part(w.faces, 0, REAL, (records.shape[0], N_FACE))
     for k in range(records.shape[0]):
@@ -335,7 +337,7 @@ def load_faces(states: Records, w: Workspace) -> None:
 
 @kernel
 def store_faces(w: Workspace, states: Records, z: Array) -> None:
-    """Store in the states of the faces whether their seats push, and their heat; for z see `store_sites`."""
+    """Store in the state of each face whether it is pressed, and its heat; for z see `store_sites`."""
     records = faces_of(w.faces, w.Minv.shape[0]).records
     for k in range(records.shape[0]):
         states[k].is_pressed = records[k].is_pressed

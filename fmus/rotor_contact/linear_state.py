@@ -9,7 +9,7 @@ from rotor_contact.shaft.structure import structure_of
 
 
 def linear_state(constants: Array) -> LinearState:
-    """Return the positions of axial motion, q, v, angle and energies in the state (constant speed, no housings)."""
+    """Return the positions in the state of the linear motion, the angle and the energies (see `LinearState`)."""
     structure, names = structure_of(constants), HEAD.names or ()
     z = place_of_motion(structure)
     energy = names.index("initial_energy"), names.index("largest_energy")

@@ -3,9 +3,10 @@
 At a constant speed, a whole step is one product if no contact event occurs in it (`exact_motion`). Otherwise a piece
 covers a step, half a step, a quarter and so on, and begins where the last one ended. If its forces are not smooth, a
 shorter piece is tried; after a smooth piece, one of twice the length is tried. If a contact event occurs in a piece, or
-the step ends before the piece does, the piece is cut there (`piece_cut`), provided that it is short enough for a series
-of its motion. Otherwise, shorter pieces lead up to the event. `substeps` integrates the motion where the shortest piece
-cannot be solved, and wherever contact follows a force law, because the matrices do not contain such laws.
+the step ends before the piece does, the piece is cut at that time (`piece_cut`), provided that it is short enough for a
+series of its motion. Otherwise, shorter pieces lead up to the event. `substeps` integrates the motion where the
+shortest piece cannot be solved, and wherever contact follows a force law, because the matrices do not contain such
+laws.
 """
 
 from __future__ import annotations
@@ -189,7 +190,7 @@ def choose_matrices(
 ) -> bool:
     """Build and choose the matrices of a step, for a constant speed or on the grid; return whether they can be used.
 
-    The matrices around a constant speed are built early only for a spin that may be released.
+    At a constant speed, matrices of the grid are built in advance only for a spin that may be released.
     """
     motion, speed = w.motion, constant.speed[0]
     is_constant = w.spin[0].row < 0 and motion.Omega_dot == 0.0
@@ -221,7 +222,7 @@ def try_piece(
     torque: float,
     may_cut: bool,
 ) -> tuple[int, float, float, float]:
-    """Solve a piece of length h (s), which ends at the share `latest` at the latest; write its end to z_new.
+    """Solve a piece of length h (s) up to its share `latest` or an earlier event; write the state there to z_new.
 
     Returns how and after which share the piece ended, the roughness of its forces, and the energy (J) that dampers
     took. A piece that has to be cut is rejected if it is too long for its series, or if `may_cut` is false. In that

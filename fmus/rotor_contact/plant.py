@@ -254,8 +254,8 @@ def _method(solver: np.record, sites: Sites) -> float:
 def _work_of_jump(w: Workspace, Omega: float) -> float:
     """Return the work (J) of an ideal drive that changes the spin speed at once to `Omega` (rad/s).
 
-    It accelerates everything that rolls on the rotor. Because there is no slip and hence no heat, the work is the gain
-    of kinetic energy.
+    The drive then also accelerates everything that rolls on the rotor. Because there is no slip and hence no heat, the
+    work is the gain of kinetic energy.
     """
     rolls = False
     for site in w.sites:
@@ -286,12 +286,12 @@ def _prepare(structure: Structure, parameters: Array, inputs: Array, scratch: Sc
 
 
 def model_for(planes: Planes) -> Model:
-    """Return the plant for a rotor with these planes; its constants are laid out as in `structure`.
+    """Return the plant for a rotor with these planes; the model's constants are laid out as in `structure`.
 
     Raises
     ------
     ValueError
-        If it has more sites than there are fault codes.
+        If the rotor has more sites than there are fault codes.
     """
     if len(planes.sites) > MAX_SITES:
         raise ValueError(f"{len(planes.sites)} contact sites is not allowed; it must be at most {MAX_SITES}")
@@ -312,7 +312,7 @@ def model_for(planes: Planes) -> Model:
 
 
 def _stable(planes: Planes) -> str:
-    """Return the advice to give before any other for a rotor whose modes are faster than most substeps."""
+    """Return the first advice for a rotor whose modes require shorter substeps than usual; empty for other rotors."""
     if planes.max_substep >= Planes.max_substep:
         return ""
     return (

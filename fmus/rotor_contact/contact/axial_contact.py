@@ -1,8 +1,8 @@
-"""Motion along the shaft against faces, in phases of linear motion; a phase ends when a face meets or leaves its seat.
+"""Axial motion of a rotor against faces, in phases of linear motion; a phase ends when a face meets or leaves its seat.
 
 In a phase, a pressed ring acts as a spring and a damper, linearised about the middle of the phase. The motion is then
-(2) of `axial_motion`, with the springs and dampers of all pressed faces added. The rotor leaves a seat when the force
-of the seat would begin to pull; the ring then relaxes, and its stored energy becomes heat.
+(2) of `axial_motion`, with the springs and dampers of all pressed faces added. The rotor leaves a seat as soon as the
+seat would have to pull it. The ring then relaxes, and its stored energy becomes heat.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ def move_onto_faces(
     faces: FaceRecords,
     t: float,
 ) -> float:
-    """Move a rotor along its shaft for a time t (s), like `move_along`; return the work (J) of all other forces.
+    """Move a rotor along its axis against faces for a time t (s); return the work (J) of all forces except the faces'.
 
-    Each face collects its force, the impulse and the peak of this force, and the heat of its compression.
+    Each face collects its force, the impulse and the peak of this force, and the heat due to its compression.
     """
     for face in faces:
         face.part_impulse = face.part_depth = face.part_way = face.part_time = face.loss = 0.0
@@ -105,7 +105,7 @@ def _pass_phase(
 
 @kernel
 def _longest(face: Face, mass: float, z: float, speed: float) -> float:
-    """Return the length (s) of a phase in which the ring of a pressed face is sufficiently linear."""
+    """Return the length (s) of the longest phase in which the ring of a pressed face is almost linear."""
     longest = LONGEST_PHASE / math.sqrt(face.stiffness / mass)
     delta, rate = penetration(face, z), -face.side * speed
     if face.lean > 0.0 and rate != 0.0:
@@ -119,7 +119,7 @@ def _longest(face: Face, mass: float, z: float, speed: float) -> float:
 
 @kernel
 def _linearise(face: Face, z: float, speed: float, length: float) -> None:
-    """Linearise the spring and damper of a pressed face about the middle of its path in a phase of this length (s)."""
+    """Linearise the spring and damper of a pressed face about the middle of its path in a phase; `length` is in s."""
     delta: float = penetration(face, z)
     stiffness: float = face.stiffness
     damping: float = face.damping
@@ -132,7 +132,7 @@ def _linearise(face: Face, z: float, speed: float, length: float) -> None:
 
 @kernel
 def _force(face: Face, z: float, speed: float) -> float:
-    """Return the force (N) of a seat on a ring that touches it; a negative force would pull."""
+    """Return the force (N) of a seat on a ring that touches it; a negative value means that the seat would pull."""
     delta = penetration(face, z)
     half = half_of_contact(delta, face.lean)
     rate = math.sin(half) * face.lean_rate - half * face.side * speed
@@ -159,7 +159,7 @@ def _turning(a: float, w: float, speed: float, longest: float) -> float:
 
 @kernel
 def _stays(faces: FaceRecords, mass: float, z: float, speed: float, a: float, w: float) -> bool:
-    """Return whether the vibration on a single seat is too small for the face to leave the seat or lift on one side."""
+    """Return whether a single face is pressed and vibrates too little to leave its seat or to lift on one side."""
     pressed = -1
     for k in range(faces.shape[0]):
         if faces[k].is_pressed != 0.0:

@@ -1,7 +1,7 @@
 """Bodies other than the shaft: retainer housings on their mounts, the races in these housings, and the rotor's spin.
 
 docs/theory/retainers.md states the equations of motion; its omega_0 is `RACE_SPEED_SCALE`. T is the friction force on
-the rotor, positive if forward. Unbalance couples a free spin to the shaft through p, so that
+the rotor; it is positive in the direction of spin. Unbalance couples a free spin to the shaft through p, so that
 
     (J - p . M^-1 p) Omega' = M_drive - c_s Omega - p . a
 
@@ -83,14 +83,14 @@ def place_bodies(parameters: Parameters, inputs: Inputs, sites: Sites, spin: Spi
 
 @kernel
 def race_drag(site: Site, speed: float) -> float:
-    """Return the drag torque (N m) against the rotation of a race at `speed` (rad/s)."""
+    """Return the drag torque (N m) that opposes the rotation of a race at `speed` (rad/s)."""
     drag: float = site.race_drag * math.tanh(speed / RACE_SPEED_SCALE) + site.race_viscous_drag * speed
     return drag
 
 
 @kernel
 def drag_slope(site: Site, speed: float) -> float:
-    """Return a bound (N m s) on the slope of the drag on a race near `speed` (rad/s)."""
+    """Return a bound (N m s) on the slope of a race's drag torque over its speed, near `speed` (rad/s)."""
     slope: float = site.race_viscous_drag
     if abs(speed) < CONSTANT_BEYOND * RACE_SPEED_SCALE:
         slope += site.race_drag / RACE_SPEED_SCALE
@@ -106,16 +106,16 @@ def drive_torque(spin: Spin, Omega: float) -> float:
 
 @kernel
 def drive_slope(spin: Spin) -> float:
-    """Return the slope (N m s) of drive and drag torque over the speed; a drive whose torque limit is 0 is off."""
+    """Return drag coefficient plus drive gain (N m s); the gain counts only if the torque limit is not 0."""
     slope: float = spin.drag + (spin.gain if spin.torque_limit > 0.0 else 0.0)
     return slope
 
 
 @kernel
 def is_beyond_limit(spin: Spin, Omega: float) -> bool:
-    """Return whether a drive would have to exceed its torque limit to follow its demand.
+    """Return whether a drive would have to exceed its torque limit to follow its demanded speed.
 
-    An ideal drive must hold the speed against the drag. A drive whose torque limit is 0 is off.
+    For an ideal drive, which prescribes the speed, only the drag counts. A drive whose torque limit is 0 is off.
     """
     torque = spin.drag * Omega if spin.row < 0 else spin.torque + spin.gain * (spin.demanded - Omega)
     return bool(spin.torque_limit > 0.0 and abs(torque) > spin.torque_limit)

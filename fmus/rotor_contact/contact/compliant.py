@@ -1,6 +1,6 @@
 """Compliant contact: sites that follow a force law of `contact_laws`, for comparison with the constraint.
 
-Friction creeps instead of sticking; see `friction.compliant_friction`.
+The surfaces creep instead of sticking; see `friction.compliant_friction`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def is_compliant(site: Site) -> bool:
 
 @kernel
 def is_any_compliant(sites: Sites) -> bool:
-    """Return whether a site is in contact under a force law."""
+    """Return whether any site is in contact under a force law."""
     for site in sites:
         if is_compliant(site):
             return True
@@ -54,7 +54,7 @@ def _penetration(site: Site) -> float:
 
 @kernel
 def reversed_push(site: Site, v: Array) -> float:
-    """Return -`Response.push` (N) times the sign that it had when contact was last resolved.
+    """Return -`Response.push` (N) times the sign of `Response.push` when contact was last resolved.
 
     The result is positive once N has passed its kink. The radius of the journal must be up to date.
     """

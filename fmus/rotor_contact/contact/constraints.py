@@ -7,10 +7,10 @@ Every site has two unknowns, N_k and T_k, and two equations in every mode (4.27 
     rolling    n_k . a_k = -|v_k|^2 / r_k        t_k . a_k = -R_s Omega'
 
 r_k, v_k and a_k are the displacement, velocity and acceleration of the journal relative to its retainer. The
-accelerations of a race and of a free spin belong on the left-hand side of the last equation. The equation of N_k in
-contact is (4.15) divided by 2 r_k, and the equation of T_k in rolling is (4.33). Free sites are omitted, and T_k of a
-sliding site is substituted, so the unknowns are N_k of the constrained sites and T_k of the rolling sites. The same
-equations, with other right-hand sides, give impulses (`impact`) and corrections (`project`). Compliant contacts
+accelerations of a race and of a free spin belong on the left-hand side of the last equation. In contact, the equation
+for N_k is (4.15) divided by 2 r_k; in rolling, the equation for T_k is (4.33). Free sites are omitted, and T_k of a
+sliding site is eliminated. The unknowns are therefore N_k of the constrained sites and T_k of the rolling sites. The
+same equations, with other right-hand sides, give impulses (`impact`) and corrections (`project`). Compliant contacts
 (`compliant`) do not need these equations. See `site` for n, t and their signs.
 """
 
@@ -61,8 +61,9 @@ def write_equations(w: Workspace, friction: float) -> int:
     """Write the left-hand sides of the equations for the constrained sites in their modes; return their number.
 
     Right-hand sides are set to zero. Row and column `site.unknown` belong to N_k, and the next row and column to T_k if
-    the site rolls. A column contains the response to its unknown, M^-1 (-n) or M^-1 t. The response to N_k of a sliding
-    site includes the friction of this site: M^-1 (-n - mu sign t). `friction` is 1, or 0 to omit sliding friction.
+    the site rolls. Each column contains the response to a unit of its unknown, M^-1 (-n) or M^-1 t. The response to N_k
+    of a sliding site includes the friction of this site: M^-1 (-n - mu sign t). `friction` is 1, or 0 to omit sliding
+    friction.
     """
     size = number_unknowns(w.sites)
     Minv, sites = w.Minv, w.sites
@@ -101,7 +102,7 @@ def write_equations(w: Workspace, friction: float) -> int:
 
 @kernel
 def _add_bodies(w: Workspace, friction: float) -> None:
-    """Add the response of housings, races and spin to the left-hand sides (`response`)."""
+    """Add the response of housings, races and spin (see `response`) to the left-hand sides."""
     A = w.equations.matrix
     for site in w.sites:
         if is_constrained(site):
@@ -199,7 +200,7 @@ def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
 def put_on_circles(w: Workspace, q: Array) -> bool:
     """Project constrained sites onto the circle by the smallest mass-weighted change; return False if this fails.
 
-    One Newton step suffices, because it squares the error left by a substep.
+    One Newton step suffices, because it leaves an error of the order of the square of the substep's error.
     """
     size = _write_corrections(w, q)
     for site in w.sites:

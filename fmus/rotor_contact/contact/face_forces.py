@@ -1,8 +1,8 @@
 """Forces of the faces on the shaft, on its spin and on the retainers on which it lands, and the heat of the faces.
 
-Over a part of a step, the force of the seat follows from the motion along the shaft. The torque of friction follows
-from the state at the beginning of the part; it is limited, so that it does not end the slip before the end of the part.
-The centre of pressure and the friction across the shaft follow the lateral motion.
+In each part of a step, the force of the seat follows from the motion along the shaft. The torque of friction follows
+from the state at the beginning of the part; it is limited so that the slip does not end within the part. The centre of
+pressure and the friction across the shaft follow the lateral motion.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def _is_any_pressing(w: Workspace) -> bool:
 
 @kernel
 def torque_on_race(w: Workspace, k: int) -> float:
-    """Return the torque (N m) that faces exert on the race of site k."""
+    """Return the torque (N m) that faces exert on the race at site k."""
     torque = 0.0
     if w.faces.shape[0] == 0:
         return torque
@@ -131,7 +131,7 @@ def face_motion(w: Workspace, k: int, q: Array, v: Array, Omega: float) -> FaceM
 
 @kernel
 def housing_below(w: Workspace, face: Face) -> int:
-    """Return the row of the x coordinate of the housing that carries a face's friction, or -1 if there is none."""
+    """Return the index of x of the housing on which a face's friction acts, or -1 if no housing can move under it."""
     if face.site >= 0.0 and face.on_mount != 0.0:
         return int(w.sites[int(face.site)].housing)
     return -1
@@ -286,7 +286,7 @@ def write_face_rates(w: Workspace, Omega: float, dz: Array) -> None:
 
 @noinline_kernel
 def collect_losses(w: Workspace) -> None:
-    """Add the heat that compression along the shaft has caused in a part to the integrals in z."""
+    """Add to the integrals in z the heat that compression along the shaft has caused in a part of a step."""
     z, records = stages_of(w.stages).z, faces_of(w.faces, w.Minv.shape[0]).records
     for k in range(records.shape[0]):
         loss = records[k].loss

@@ -7,22 +7,22 @@
      ///////////////   N        force of the seat, a mean over a part of the step; it acts at the centre of pressure c
 
 With a = R |u - u_s|, the part of the ring that touches lies within the angle p of the deepest point, where cos p =
--delta/a. If delta > a, the whole ring touches. The rate a' of n R (u - u_s) has the components a'_1 along the lean and
-a'_2 across it. With this rate, the springs and dampers of the ring give
+-delta/a. If delta > a, the whole ring touches. The time derivative of n R (u - u_s) has the components a'_1 along the
+lean and a'_2 across it. With these components, the springs and dampers of the ring give
 
     N     = k/pi (delta p + a sin p) + d/pi (delta' p + a'_1 sin p)                                        (1)
     N c/R = k/pi (delta sin p + a (p/2 + sin(2 p)/4)) + d/pi (delta' sin p + a'_1 (p/2 + sin(2 p)/4))
             along n (u - u_s), and d/pi a'_2 (p/2 - sin(2 p)/4) across it
 
-The seat exerts two moments on the shaft's lean. The moment -n N c holds the shaft upright; the moment -n N h u arises
-because the seat pushes at a height h above the centre of mass. If the face has the velocity v and the spin omega
-relative to its seat, the friction of a ring under uniform pressure is, with rho = |v|/(|omega| R) and m = 4 rho/(1 +
-rho)^2,
+The seat exerts two moments on the shaft's lean. The moment -n N c tends to align the shaft with the seat. The moment -n
+N h u arises because the seat pushes at a height h above the centre of mass. If the face has the velocity v and the spin
+omega relative to its seat, the friction of a ring under uniform pressure is, with rho = |v|/(|omega| R) and m = 4
+rho/(1 + rho)^2,
 
     f = -mu N F v/|v|,    T = -mu N R (D - rho F) sgn(omega),    F = dD/drho,    D = 2 (1 + rho) E(m)/pi   (2)
 
-The share |c|/R of the friction acts at the point of the rim nearest to c instead, against the slip of that point; this
-share drives whirl. At slip velocities below `LEAST_SLIP`, friction creeps.
+However, the share |c|/R of the friction acts at the point of the rim nearest to c, against the slip of that point. This
+share drives whirl. At slip velocities below `LEAST_SLIP`, the surfaces creep.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ def half_of_contact(delta: float, lean: float) -> float:
 
 @kernel
 def spring_force(face: Face, delta: float, half: float) -> float:
-    """Return the part of the force (1) that the ring's springs exert (N)."""
+    """Return the share (N) of the ring's springs in the force (1)."""
     force: float = face.stiffness / math.pi * (delta * half + face.lean * math.sin(half))
     return force
 
@@ -199,8 +199,8 @@ def stored_in_face(face: Face, delta: float, lean: float) -> float:
 def pressure(face: Face, u_x: float, u_y: float, rate_x: float, rate_y: float) -> tuple[float, float, float]:
     """Return N c/R (N) in x and y for a lean u (rad) and its rate (rad/s), and the heat flow (W) of the dampers.
 
-    The depth and its rate are means over the time in which the seat pushes during a part. The heat flow is only the
-    share that is due to the lean.
+    The penetration and its rate are means over the time during which the seat pushes in a part of a step. The heat flow
+    includes only the share due to the lean.
     """
     R, k, d = face.side * face.radius, face.stiffness / math.pi, face.damping / math.pi
     a_x, a_y, b_x, b_y = R * (u_x - face.seat_tilt_x), R * (u_y - face.seat_tilt_y), R * rate_x, R * rate_y
@@ -228,7 +228,7 @@ def eccentricity(force: float, p_x: float, p_y: float) -> tuple[float, float]:
 
 @kernel
 def friction_of_ring(rho: float) -> tuple[float, float]:
-    """Return F and D - rho F of (2), which are force/(mu N) and torque/(mu N R); at 1/rho they are exchanged."""
+    """Return F and D - rho F of (2), that is, force/(mu N) and torque/(mu N R); for 1/rho the two are exchanged."""
     if rho > 1.0:
         torque, force = _friction_below_one(1.0 / rho)
         return force, torque
@@ -260,7 +260,7 @@ def _friction_below_one(rho: float) -> tuple[float, float]:
 def friction(
     face: Face, force: float, e_x: float, e_y: float, v_x: float, v_y: float, omega: float
 ) -> tuple[float, float, float]:
-    """Return f_x, f_y (N) and T (N m) on the rotor: by (2), except for the share that acts at the rim.
+    """Return f_x, f_y (N) and T (N m) on the rotor: from (2), and from the share that acts at the rim.
 
     `e_x` and `e_y` are the components of c/R; the velocity (m/s) and the spin (rad/s) are relative to the seat.
     """

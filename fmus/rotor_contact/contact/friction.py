@@ -52,7 +52,7 @@ def has_friction(site: Site) -> bool:
 
 @kernel
 def friction_ratio(site: Site, scale: float) -> float:
-    """Return T/N of a sliding site, or 0 for a rolling site, whose T is an unknown; a `scale` of 0 removes friction."""
+    """Return `scale` times T/N of a sliding site, or 0 for a rolling site, because its T is an unknown."""
     if site.mode == ROLLING:
         return 0.0
     ratio: float = -scale * kinetic_coefficient(site, site.slip) * site.slip_sign
@@ -95,7 +95,7 @@ def close_in_sliding(site: Site, v: Array, Omega: float) -> None:
 
 @kernel
 def start_sliding(site: Site, friction: float) -> None:
-    """Let a rolling site slide; its friction keeps the direction of `friction`, which is positive if forward."""
+    """Let a rolling site slide; its friction keeps the direction of `friction`, positive in the direction of spin."""
     site.mode = SLIDING
     site.slip_sign = -1.0 if friction > 0.0 else 1.0
 
@@ -120,5 +120,5 @@ def compliant_friction_damping(site: Site, slip: float) -> float:
 
 @kernel
 def is_below_slip_scale(site: Site, slip: float) -> bool:
-    """Return whether the friction of a compliant contact is below its full value, which counts as rolling."""
+    """Return whether a compliant contact slips too slowly for full friction; such a contact counts as rolling."""
     return has_friction(site) and abs(slip) < SLIP_SCALE

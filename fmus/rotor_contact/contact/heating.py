@@ -1,4 +1,4 @@
-"""The temperature of a retainer: a heat capacity that friction warms and the surroundings cool.
+"""The temperature of a retainer, modelled as one heat capacity that friction warms and the surroundings cool.
 
     C T' = P - h (T - T_ambient)
 

@@ -53,11 +53,11 @@ def mark_touching(sites: Sites, q: Array, v: Array) -> bool:
 
 @kernel
 def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
-    """Set only the radial velocity of each touching node to zero (4.22, 4.23), and let it slide.
+    """Set only the radial velocity of each touching node to zero (4.22, 4.23), and let the node slide.
 
-    This is the rule of the thesis, for fixed retainers. It does not conserve momentum, because the rest of the rotor
-    keeps its velocity. The reported impulse is the one that Newton's law gives for the same velocity change, without
-    rebound or friction.
+    This is the rule of the thesis, for fixed retainers. The rule does not conserve momentum, because the rest of the
+    rotor keeps its velocity. The reported impulse is the impulse that Newton's law requires for the same velocity
+    change, without rebound or friction.
     """
     stages = stages_of(w.stages)
     before = stages.before[: v.shape[0]]
@@ -98,7 +98,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
     Notes
     -----
     If restitution and friction would create energy (possible with several coupled sites), the impact is repeated
-    without them. The energy includes the energy that friction takes from the spin.
+    without them. The energy balance includes the energy that friction takes from the spin.
     """
     stages = stages_of(w.stages)
     before = stages.before[: v.shape[0]]
@@ -130,7 +130,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
 
 @kernel
 def _heat(site: Site, v: Array, before: Array, Omega: float) -> float:
-    """Return the energy (J) that a site's impulses turn into heat, from the mean velocity before and after."""
+    """Return the energy (J) that a site's impulses turn into heat, from the mean of the velocities before and after."""
     approach = 0.5 * (radial_component(site, before) + radial_component(site, v))
     slip = 0.5 * (slip_velocity(site, before, Omega) + slip_velocity(site, v, Omega))
     heat: float = site.p_n * approach - site.p_t * slip
@@ -189,7 +189,7 @@ def _adjust_friction(sites: Sites, v: Array, Omega: float) -> bool:
 
 @kernel
 def _close_again(sites: Sites, v: Array, Omega: float) -> bool:
-    """Close an omitted site whose journal approaches after other sites have changed; return whether there was one."""
+    """Close an omitted site if changes at other sites make its journal approach again; return whether there was one."""
     for site in sites:
         if site.mode == FREE and site.mode_before != FREE and radial_component(site, v) > 1e-9:
             close_in_sliding(site, v, Omega)

@@ -8,7 +8,7 @@ points
     b_0.b_0,  b_0.b_1,  (2 b_0.b_2 + 3 b_1.b_1)/5,  (b_0.b_3 + 9 b_1.b_2)/10,
     (2 b_1.b_3 + 3 b_2.b_2)/5,  b_2.b_3,  b_3.b_3
 
-and none of its values exceeds the largest of these. This test also recognises a path that leaves the circle
+and its values never exceed the largest of these points. This test also recognises a path that leaves the circle
 tangentially, although such a path has Bezier points on the tangent, outside the circle.
 """
 
@@ -107,7 +107,7 @@ def leaves_or_stays_within(site: Site, begin: Point, end: Point, dt: float, marg
 
 @kernel
 def touch_time(site: Site, z: Array, z_new: Array, dt: float, n: int) -> float:
-    """Return the time (s) at which a path that ends outside its retainer crosses it (arguments: see `stays_within`)."""
+    """Return the time (s) at which a path that ends outside its retainer leaves it (arguments: see `stays_within`)."""
     return _crossing(site.clearance, point_of(site, z, n), point_of(site, z_new, n), dt, N_BISECTIONS)[1] * dt
 
 

@@ -18,7 +18,7 @@ from rotor_contact.forces.dynamics import spin_coupling
 
 @kernel
 def set_spin_response(w: Workspace, site: Site) -> None:
-    """Store g for a unit force along n and along t at a site (its normal must be up to date)."""
+    """Store g for a unit force along n, and g for one along t, at a site (its normal must be up to date)."""
     if site.spin >= 0:
         s = spin_coupling(w.motion).s
         i = site.row
@@ -46,7 +46,7 @@ def _add_response_of_shaft(Minv: Array, site: Site, normal: float, friction: flo
 
 @kernel
 def _add_response_of_bodies(w: Workspace, site: Site, normal: float, friction: float, target: Array) -> None:
-    """Add the effect of a contact on housing, race and spin, and the effect of the spin on the shaft."""
+    """Add the effects of a contact on housing, race and spin, and the effect of the spin on the shaft, to `target`."""
     if site.housing >= 0:
         target[site.housing] += site.mobility * (normal * site.n_x + friction * site.n_y)
         target[site.housing + 1] += site.mobility * (normal * site.n_y - friction * site.n_x)

@@ -1,8 +1,8 @@
 """Totals of a contact site in a step: peaks, impulses, heat and means, collected from substeps, pieces and impacts.
 
-An output that a step collects is declared in `site_variables`. In this module it has a field in `COLLECTED` or
-`SITE_INTEGRALS`, which start each step at zero, or in `SITE_STATE` if it grows from step to step. It also needs lines
-in the functions of the following sequence, to which pieces, substeps and impacts each contribute:
+An output that a step collects is declared in `site_variables`. In this module, such an output has a field in
+`COLLECTED` or `SITE_INTEGRALS`, whose fields start each step at zero, or in `SITE_STATE` if it grows from step to step.
+The functions called in each step must also handle the output; they are called in this order:
 
     begin_step -> (set_rates, collect_substep | collect_piece | collect_impact)* -> end_step -> average -> write_totals
 """
@@ -35,14 +35,14 @@ Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `matrix_sizes.NOD
 
 
 def places_of(fields: Fields, dtype: np.dtype[np.record]) -> tuple[int, int]:
-    """Return the first and the end position of adjacent fields among the numbers of a record."""
+    """Return the position of the first of several adjacent fields in a record, and the position after the last."""
     first = dict(dtype.fields or {})[fields[0][0]][1] // 8
     return first, first + size_of(record(*fields))
 
 
 @kernel
 def begin_step(site: np.record, state: np.record) -> None:
-    """Set the mode of a site from its state."""
+    """Set the mode of a site, and the sign of its slip, from its state."""
     site.mode = int(state.mode)
     site.slip_sign = state.slip_sign
 
@@ -58,7 +58,7 @@ def set_rates(site: np.record, heat: float, rate: np.record) -> None:
 def collect_substep(site: np.record, begin: np.record, second: np.record, third: np.record, end: np.record) -> None:
     """Collect a substep from its rates at the stages; a parabola through them gives the largest normal force.
 
-    At the midpoint, the mean of the two stages is one order more accurate than either.
+    At the midpoint, the mean of the two stages is one order more accurate than either stage alone.
     """
     site.f_n_peak = max(site.f_n_peak, greatest_of_parabola(begin.f_n, 0.5 * (second.f_n + third.f_n), end.f_n))
 

@@ -71,7 +71,7 @@ class Workspace(NamedTuple):
     stages
         States and derivatives of the integration, for `stages_of`.
     n_translations
-        Number of degrees of freedom that are translations of planes; they come first.
+        Number of degrees of freedom that are translations of planes; these precede all others.
     faces
         Records and rows of the faces, for `faces.faces_of`.
     """

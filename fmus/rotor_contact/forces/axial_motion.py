@@ -10,9 +10,10 @@ time t is
 
     z(t) = z + v S + a C_2,    v(t) = v S' + a S,    S'' + c S' - w S = 0,  S(0) = 0,  S'(0) = 1         (2)
 
-where C_2 is the integral of S. A gradient k > 0 pushes the rotor away, as a magnet does. The work of all forces is the
-work of the initial force, plus half the gradient times the square of the distance. Neither bearings nor mass couple z
-to the lateral motion, so z is not a row of that motion.
+where C_2 is the integral of S. A force with a gradient k > 0, such as a magnet's, drives the rotor away from
+equilibrium. The work of all forces is the work of the initial force, plus half the gradient times the square of the
+distance. Neither bearings nor mass couple z to the lateral motion, so z is not among the degrees of freedom of that
+motion.
 """
 
 from __future__ import annotations

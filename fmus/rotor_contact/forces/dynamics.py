@@ -40,8 +40,8 @@ class Excitation(NamedTuple):
 class Coefficients(NamedTuple):
     """The columns of K = M^-1 (K - Omega R J - gradients + passive bearings and seals), C = M^-1 (C + R + Omega G).
 
-    Shape (n, n) each; row j holds column j, so that products access contiguous memory. Omega is the speed at the
-    beginning of the step.
+    Shape (n, n) each; row j of an array holds column j of its matrix, so that products access contiguous memory. Omega
+    is the speed at the beginning of the step.
     """
 
     K_columns: Array
@@ -52,7 +52,8 @@ class SpinCoupling(NamedTuple):
     """Coupling of the shaft to a free spin, shape (n,) each; see `bodies`.
 
     p
-        Force on the shaft (N) opposing a unit of angular acceleration; also the torque opposing a unit of q''.
+        Force on the shaft (N) that opposes a unit angular acceleration of the spin; also the torque on the spin that
+        opposes a unit q''.
     s
         M^-1 p, scaled by 1/sqrt(J - p . M^-1 p).
     """
@@ -65,8 +66,9 @@ class Motion(NamedTuple):
     """Coefficients of q'' = steady + A cosine + B sine - K q - C q' during one step (see `Excitation`).
 
     rows
-        Shape (N_ROWS + 2 n, n); `coefficients`, `accelerations`, `forces` and `spin_coupling` are views into it. They
-        share one array because all kernels of a step pass this tuple on, and each array would add to the cost.
+        Shape (N_ROWS + 2 n, n); `coefficients`, `accelerations`, `forces` and `spin_coupling` are views into it. The
+        views share one array because all kernels of a step pass this tuple on, and each additional array would slow
+        down every call.
     bearings
         Records of type `BEARING`.
     over_speed
@@ -143,7 +145,7 @@ def motion_at(motion: Motion, theta: float, Omega: float) -> Motion:
 
 @kernel
 def set_bearings(parameters: Parameters, motion: Motion) -> None:
-    """Set the passive bearings of a motion, with magnets that exert no force."""
+    """Set the passive bearings of a motion; the magnets do not exert forces yet."""
     given = forces(motion)
     copy(given.without_magnets, given.steady)
     for k in range(motion.bearings.shape[0]):
@@ -256,7 +258,8 @@ def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float
     """Return the dissipation (W) of the shaft's damping and its torque (N m) on the spin.
 
     With the velocity relative to the rotating shaft, w = v - Omega J q: heat = v . C v + w . R w, torque = (J q) . R w.
-    Because C and R are symmetric, their rows are read instead of their columns, and eight sums are computed at once.
+    The rows of C and R are read instead of the columns, because both matrices are symmetric. Eight sums are computed at
+    once.
     """
     n = forms.shape[1]
     heat = quadratic_form(forms[n : 2 * n], v) if is_damped_to_ground(forms) else 0.0
@@ -291,7 +294,7 @@ def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float
 
 @kernel
 def is_damped_to_ground(forms: Array) -> bool:
-    """Return whether there is any non-rotating damping; C is positive semidefinite, so its diagonal decides."""
+    """Return whether there is non-rotating damping; because C is positive semidefinite, its diagonal shows this."""
     n = forms.shape[1]
     for i in range(n):
         if forms[n + i, i] != 0.0:

@@ -80,8 +80,8 @@ def collect_forces(structure: Structure, amplitudes: Array, motion: Motion) -> N
     """Write into a motion the non-magnetic forces of a step, their accelerations, and the rows of the bearings.
 
     The coefficients K and C and the accelerations due to magnets are written later. The pairs of the base contain
-    accelerations, which the inertia of the shaft resists; the shaft's weight acts like an acceleration of the base
-    against gravity.
+    accelerations, which act on the shaft through its inertia. The shaft's weight has the same effect as an upward
+    acceleration of the base.
     """
     n_bearings, pairs = motion.bearings.shape[0], amplitudes.shape[0] // 2
     given, caused = forces(motion), accelerations(motion)

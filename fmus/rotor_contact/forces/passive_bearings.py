@@ -32,7 +32,7 @@ def bearings_size(count: int) -> int:
 
 @kernel
 def set_passive(bearing: np.record, source: np.record) -> None:
-    """Set a bearing's coefficients from another bearing or from parameters, with a magnet that exerts no force."""
+    """Copy a bearing's coefficients from another bearing or from parameters, and set its magnet's gradients to zero."""
     bearing.k_b = source.k_b
     bearing.c_b = source.c_b
     bearing.gradient[0] = bearing.gradient[1] = 0.0
@@ -64,7 +64,7 @@ def add_bearings(Minv: Array, bearings: Bearings, with_magnets: bool, K: Array, 
 
 @kernel
 def passive_limit(Minv: Array, bearings: Bearings, longest: float) -> float:
-    """Return a substep length (s), at most `longest`, that resolves all bearings with the adjacent mass."""
+    """Return a substep length (s), at most `longest`, that resolves the motion of the adjacent mass on each bearing."""
     fastest = 0.0
     for bearing in bearings:
         mobility = Minv[bearing.row, bearing.row]

@@ -2,15 +2,15 @@
 
     D(h) = int_0^h [v . C v + v . R (v - Omega J q)] dt = x . H x
 
-C contains the dampers of passive bearings and mounts and those between shaft and ground, and R the dampers that rotate
-with the shaft; seals are not included. Quadrature over a piece would miss modes that vibrate several times in it; H
-includes them. The H of the shortest piece follows from Lobatto's quadrature, and the H of longer pieces from doubling.
-With x' and x'' at the beginnings of the two halves (`matrix_rows`),
+C contains the dampers of passive bearings, of mounts, and between shaft and ground; R contains the dampers that rotate
+with the shaft. Seals are not included. Quadrature over a piece would not resolve modes that vibrate several times in
+it; H covers these modes. The H of the shortest piece follows from Lobatto's quadrature, and the H of longer pieces from
+doubling. With x' and x'' at the beginnings of the two halves (`matrix_rows`),
 
     D(2 T) = x' . H(T) x' + x'' . H(T) x''
 
-The lower triangle is stored, with elements off the diagonal doubled. For an isotropic rotor, rows for y equal the rows
-for x with each pair turned by a right angle, as in P and S.
+Only the lower triangle is stored, and its elements off the diagonal are doubled. For an isotropic rotor, rows for y
+equal the rows for x with each pair turned by a right angle, as in P and S.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def integrate_heat_row(
 
 @kernel
 def move_to(matrices: StepMatrices, slot: int, level: int, row: int, point: int, y: Array) -> None:
-    """Write (q, v) due to a unit of x at a Lobatto point of a piece."""
+    """Write (q, v) at a Lobatto point of a piece that starts with a 1 in this row of x and zeros in all others."""
     P, inner = level_of(matrices, slot, level).P, inner_motion(matrices, slot, level)
     if point > 0:
         copy((P if point == N_LOBATTO - 1 else (inner.first if point == 1 else inner.second))[row], y)
@@ -138,7 +138,7 @@ def double_form_row(
     finer: Array,
     target: Array,
 ) -> None:
-    """Write a row of a form from the `finer` form of half the length; `second` is x'' due to a unit of x in the row."""
+    """Write a row of a form from the `finer` form of half the length; `second` is x'' if this row of x is 1."""
     sizes, P = matrices.sizes[0], level_of(matrices, slot, level + 1).P
     n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
     forces, units = 2 * n + 4, rows_of_x(matrices)
@@ -201,7 +201,7 @@ def _multiply(H: Array, x: Array, y: Array) -> None:
 
 @noinline_kernel
 def energy_of_dampers(x: Array, low: Array, high: Array, share: float, isotropic: bool) -> float:
-    """Return x . H x (J), with H interpolated over the speed; for an isotropic rotor, every second row is read."""
+    """Return x . H x (J), with H interpolated between two speeds; an isotropic rotor requires only every second row."""
     energy = 0.0
     if isotropic:
         for r in range(0, x.shape[0], 2):

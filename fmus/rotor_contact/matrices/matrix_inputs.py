@@ -4,9 +4,9 @@ With the amplitudes a of `excitation`, row c of x, which is one of (1, 0, A, B),
 
     P_c = sum_u T_cu P_u,    T_1 = T_A = (a_x, a_y),    T_0 = T_B = (-a_y, a_x)                   (1)
 
-where u are the steady inputs for 1 and 0, and the unbalances for A and B. S is combined likewise; H is a quadratic
-form, so H_cc = T H T^T. The columns of S that observe cosine . q and sine . q combine the observations U by the unit
-forces of each unbalance,
+where the inputs u are steady ones for the rows 1 and 0, and unbalances for the rows A and B. S is combined likewise; H
+is a quadratic form, so H_cc = T H T^T. The columns of S that contain cosine . q and sine . q combine the observations
+U, which are the products of the motion with the unit forces of each unbalance:
 
     cosine . q = sum a_x b_x . q + a_y b_y . q,    sine . q = sum a_x b_y . q - a_y b_x . q                    (2)
 
@@ -45,7 +45,7 @@ TURNS = 2  # first of the four combined rows that is due to unbalances
 
 @kernel
 def combine_around(matrices: StepMatrices, level: int, index: float) -> None:
-    """Combine a level around a point of the grid (`levels_around`), unless this has been done.
+    """Combine a level at the grid speeds around a point (`levels_around`), unless this has been done.
 
     The combined rows are interpolated like all others, so that an interpolated level gives the same bits as a product
     with interpolated rows.
@@ -183,7 +183,7 @@ def _combine_form(matrices: StepMatrices, H: Array) -> None:
 
 @kernel
 def _weight(same_row: bool, same_unit: bool) -> float:
-    """Return the weight of an H element for unit inputs in an H element for combined rows, doubled off the diagonal."""
+    """Return the weight of an element of H for unit inputs in a combined element; both are doubled off the diagonal."""
     if same_row == same_unit:
         return 1.0
     return 0.5 if same_row else 2.0

@@ -1,4 +1,4 @@
-"""Levels of the matrices, as many as make the shortest piece short enough for its Taylor series."""
+"""Levels of the matrices; their number makes the shortest piece short enough for a Taylor series of its motion."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SMALLEST_TERM = 1e-20  # of the series, which ends at it; its terms fall at leas
 
 @noinline_kernel
 def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices) -> None:
-    """Prepare the matrices for `key`: find sizes and ports."""
+    """Prepare the matrices for `key`: determine their sizes and ports."""
     if is_for(matrices, key):
         return
     _begin(matrices, key)
@@ -77,7 +77,7 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
 
 @kernel
 def terms_for(reach: float) -> int:
-    """Return how many terms a series of the motion needs; `reach` is its length times the highest rate of change."""
+    """Return how many terms a series of the motion needs; `reach` is its duration times the highest rate (1/s)."""
     n_terms, term = 0, 1.0
     while term > SMALLEST_TERM or n_terms < N_LOBATTO:
         n_terms += 1
@@ -89,7 +89,7 @@ def terms_for(reach: float) -> int:
 def begin_slot(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, index: float, Omega: float
 ) -> None:
-    """Assign a slot to a position on the grid, with no row built; write its K and C.
+    """Assign a slot to a position on the grid without building rows; write its K and C.
 
     The matrices of a constant speed include the gradients of `StepMatrices.constant`. If the gradients are too large
     for a series over the shortest piece (`can_be_built`), no row will be built.
@@ -119,7 +119,7 @@ def can_be_built(matrices: StepMatrices, which: int) -> bool:
 
 @kernel
 def _begin(matrices: StepMatrices, key: MatricesKey) -> None:
-    """Assign the matrices to this key, with no row built."""
+    """Assign the matrices to this key without building rows."""
     copy(key.values, matrices.key.values)
     for slot in matrices.slots:
         slot.index = math.nan
@@ -130,7 +130,7 @@ def _begin(matrices: StepMatrices, key: MatricesKey) -> None:
 
 @kernel
 def _port_of(matrices: StepMatrices, row: int) -> int:
-    """Return the port whose x is coordinate `row`; add it if there is none."""
+    """Return the port whose x is coordinate `row`; add this port if it does not exist."""
     sizes = matrices.sizes[0]
     for port in range(int(sizes.n_ports)):
         if matrices.ports[port] == row:
@@ -180,7 +180,7 @@ def _are_turned(B_base: Array, B_disc: Array) -> bool:
 
 @kernel
 def _fastest(KC: Array) -> float:
-    """Return a bound (1/s) on the rates of change, from the largest row sums."""
+    """Return a bound (1/s) on the rates of change of the motion, from the largest row sums of K and C."""
     n = KC.shape[1]
     elastic = viscous = 0.0
     for i in range(n):

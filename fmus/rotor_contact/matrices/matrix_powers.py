@@ -25,7 +25,7 @@ from rotor_contact.shaft.structure import Structure
 
 @kernel
 def has_powers(matrices: StepMatrices, slot: int) -> bool:
-    """Return whether a slot contains the forms of this module."""
+    """Return whether a slot contains the quadratic forms of this module."""
     return bool(slot >= FIRST_CONSTANT and matrices.powers.shape[0] > 0)
 
 
@@ -58,7 +58,7 @@ def integrate_power_rows(
 def double_power_rows(
     matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, second: Array, room: Array
 ) -> None:
-    """Write a row of the forms from the level of half the length; `second` is x'' due to a unit of x in this row."""
+    """Write a row of the forms from the level of half the length; `second` is x'' if this row of x is 1."""
     powers, finer = powers_of(matrices, slot, level), powers_of(matrices, slot, level + 1)
     double_form_row(matrices, slot, level, row, Omega, second, room, finer.heat, powers.heat[row])
     double_form_row(matrices, slot, level, row, Omega, second, room, finer.work, powers.work[row])

@@ -1,12 +1,12 @@
-"""Rows of the matrices: the shortest level is found by Taylor series in time, the others by doubling.
+"""Rows of the matrices, computed by Taylor series in time for the shortest level and by doubling for the others.
 
-A piece of twice the length is two pieces in sequence. A force that is a cubic over the piece is also a cubic over
-either half. Therefore, with Y_i, the motion up to Lobatto point c_i of a piece of length T,
+A piece of twice the length consists of two pieces in sequence. A force that is a cubic over the piece is also a cubic
+over either half. Therefore, with Y_i, the motion up to Lobatto point c_i of a piece of length T,
 
     Y_i(2 T): x -> Y_i(T) (y, e, F'') with y = Y_i(T) (q, v, e, F'),  F'_j = F(c_j/2),  F''_j = F((c_i + c_j)/2)
 
-where F is the cubic over [0, 1] through the values, and e are the unit inputs (`excitation`), among which the
-unbalances turn by Omega c_i T. P is Y_3.
+where F is the cubic over [0, 1] through the values, and e are the unit inputs (`excitation`); those that are unbalances
+turn by Omega c_i T. P is Y_3.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def _clear_row(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
 
 @kernel
 def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
-    """Write the rows for y from the last rows, which are for x."""
+    """Write the row for y of each matrix from `row`, which is the row for x."""
     (P, S, H, U), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
     rotate_row(P[row], P[row + 1])
     rotate_row(S[row], S[row + 1])
@@ -113,7 +113,7 @@ def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> Non
 
 @kernel
 def _rotate_form(H: Array, row: int) -> None:
-    """Write the row of a form for y from its row for x."""
+    """Write the row for y of a form from `row`, which is the row for x."""
     H[row, row + 1] = 0.0
     rotate_row(H[row, : row + 2], H[row + 1])
 
@@ -147,7 +147,7 @@ def _add_force(
 ) -> None:
     """Add to `a` the acceleration due to the force of a row of x; this force is `cosine` times its initial value.
 
-    Because an unbalance force has turned, the force a right angle ahead is added, times `sine`.
+    Because an unbalance force turns, `sine` times the force that is a right angle ahead of it is added.
     """
     sizes = matrices.sizes[0]
     n, m, unit = int(sizes.n), structure.K.shape[0], _unit_of(matrices, row)
@@ -216,7 +216,7 @@ def _observe(structure: Structure, matrices: StepMatrices, x: Array, observed: A
 
 @kernel
 def _observe_planes(structure: Structure, x: Array, observed: Array, at: int) -> None:
-    """Write b_x . x and b_y . x, for the unit forces of each unbalance, to the columns `at` of its plane."""
+    """Write b_x . x and b_y . x, for the unit forces of each unbalance, to the columns of its plane, from `at`."""
     n_discs, of_shaft = structure.B_disc.shape[0] // 2, x[: structure.K.shape[0]]
     for d in range(n_discs):
         for axis in range(2):
@@ -251,7 +251,7 @@ def _integrate_row(
     Omega: float,
     room: Array,
 ) -> None:
-    """Taylor-integrate the motion due to a unit of x over the shortest piece, term by term in t/h."""
+    """Integrate the motion over the shortest piece, which starts with a 1 in this row of x, by Taylor series in t/h."""
     sizes = matrices.sizes[0]
     n = int(sizes.n)
     h = sizes.step_size * 0.5**level

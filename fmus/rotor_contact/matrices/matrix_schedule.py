@@ -1,4 +1,4 @@
-"""The schedule of building the matrices of a step: after several equal steps, around a slowly changing speed."""
+"""When the matrices of a step are built: after several equal steps, and only while the speed changes slowly."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def steps_with_matrices(
 ) -> tuple[bool, float]:
     """Return whether the key of the matrices is unchanged, and for how many steps it has been (at most about 32).
 
-    `key` is updated. Each speed that must be built in between cancels `STEPS_PER_SPEED` of these steps. Fast speed
-    changes are therefore integrated, because building the matrices costs as much as about thirty steps.
+    `key` is updated. Each speed for which matrices must be built in between cancels `STEPS_PER_SPEED` of these steps.
+    Fast speed changes are therefore integrated, because building the matrices costs as much as about thirty steps.
     """
     same = is_near(step_size, key.step_size[0], STEP_TOLERANCE)
     if not same:
@@ -93,9 +93,9 @@ def _housing_is_unchanged(site: np.record, stored: np.record) -> bool:
 def update_matrices(
     structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices, share: float
 ) -> bool:
-    """Build a share of the matrices around the motion's speed; return whether they can be used.
+    """Build a share of the matrices for the speeds around the present one; return whether they can be used.
 
-    The next set is built while the speed approaches it.
+    The matrices for the next speed are built while the present speed approaches it.
     """
     if not is_for(matrices, key):
         choose_levels(structure, motion, sites, key, matrices)
@@ -131,7 +131,7 @@ def complete_speeds(matrices: StepMatrices, index: float) -> bool:
 
 @kernel
 def _complete(matrices: StepMatrices, index: float) -> bool:
-    """Return whether levels exist for a speed of the grid; assign a slot to it if it lies between built speeds."""
+    """Return whether levels exist for a grid speed; if they will be interpolated, assign a slot to this speed."""
     if matrices.sizes[0].stride == 1.0 or index >= CONSTANT:
         return is_complete(matrices, slot_of(index), index)
     middle = middle_of(index)
@@ -147,7 +147,7 @@ def _complete(matrices: StepMatrices, index: float) -> bool:
 def _look_ahead(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, is_direct: bool, index: float
 ) -> None:
-    """Build the matrices of the next speed; the built share grows as the present speed approaches it."""
+    """Build a share of the matrices for the next speed; it grows as the present speed approaches the next."""
     if is_direct:
         low = float(math.floor(index))
         beyond = index - low - 0.5

@@ -93,7 +93,7 @@ def all_rows(n: int, n_ports: int, inputs: int) -> int:
 def n_columns(n_ports: int) -> int:
     """Return the number of columns of S: accelerations, then q and v at later Lobatto points (`place_index`).
 
-    It is rounded up to a multiple of eight, because products process eight columns at once.
+    The number is rounded up to a multiple of eight, because products process eight columns at once.
     """
     return ((1 + n_ports) * (2 + PORT_COLUMNS) + 7) // 8 * 8
 
@@ -153,7 +153,7 @@ def series_size(n: int) -> int:
 
 @views
 def pieces_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int) -> int:
-    """Return the most float64 values that the scratch of a piece occupies; it also serves to build the matrices."""
+    """Return the largest size (float64 values) of the scratch of a piece, which also serves to build the matrices."""
     n_ports = most_ports(n_bearings, n_sites, n_faces)
     n, rows, columns = n + 2 * n_sites, all_rows(n + 2 * n_sites, n_ports, inputs), n_columns(n_ports)
     return rows + 8 * n + 8 * columns + (2 * N_LOBATTO * n_ports) * (columns + 3) + (8 + n_sites) * N_LOBATTO
@@ -180,21 +180,21 @@ def whole_size(n: int, n_bearings: int, n_sites: int) -> int:
 
 @views
 def powers_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool) -> int:
-    """Return the most float64 values that the power forms of spin and seals occupy; only a damped shaft needs them."""
+    """Return the largest size (float64 values) of the power forms of spin and seals; only a damped shaft has them."""
     rows = all_rows(n + 2 * n_sites, most_ports(n_bearings, n_sites, n_faces), inputs)
     return 2 * N_CONSTANT * MAX_LEVELS * rows * rows if is_damped and n <= MAX_COORDINATES else 0
 
 
 @views
 def memory_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int) -> int:
-    """Return the most float64 values that all slots occupy; a shaft with too many coordinates has no slots."""
+    """Return the largest size (float64 values) of all slots; a shaft with too many coordinates has no slots."""
     n_ports = most_ports(n_bearings, n_sites, n_faces)
     return ALL_SLOTS * slot_size(n + 2 * n_sites, n_ports, n_bearings, inputs) if n <= MAX_COORDINATES else 0
 
 
 @views
 def matrices_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool) -> int:
-    """Return the even number of float64 values in a `StepMatrices`; `inputs` is the number of pairs of inputs."""
+    """Return how many float64 values a `StepMatrices` occupies (even); `inputs` is the number of pairs of inputs."""
     n_ports, n_equations = most_ports(n_bearings, n_sites, n_faces), most_equations(n_sites, n_faces)
     size = N_SIZES + matrices_key_size(n_bearings, n_sites) + ALL_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
     size += 2 * n_ports + 2 * pieces_size(n, n_bearings, n_sites, n_faces, inputs)

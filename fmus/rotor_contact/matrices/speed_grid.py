@@ -2,8 +2,8 @@
 
 P and S (`step_matrices`) depend on the speed through gyroscopic terms, rotating damping and the rotation of the
 unbalance. A constant prescribed speed uses separate matrices (`constant_speed`). Other speeds are rounded to multiples
-of `QUANTUM` d (see below), with an error of g d h/4096, so that a level in use is interpolated once for many pieces.
-The result has the same bits as an interpolation in each product.
+of `QUANTUM` d (see below), with an error of g d h/4096. A level in use can therefore be interpolated once for many
+pieces. The result has the same bits as an interpolation in each product.
 
 Matrices are built for speeds m d apart. The matrices for the speeds of the grid, which are d/4 apart, follow from the
 parabola through the nearest three that are built. The distance from the middle one of these three is t m d, with -1/2
@@ -11,9 +11,10 @@ parabola through the nearest three that are built. The distance from the middle 
 
     P(t) = t (t - 1)/2 P(-1) + (1 - t^2) P(0) + t (t + 1)/2 P(1),    errors (g m d h)^3/16 and (g d h/4)^2/8
 
-The errors are relative to P, and g <= 2 is the rate of gyroscopic rotation of the velocity per speed (2 for a thin
-disc). A level is interpolated when a step first uses it, for the present inputs, because most steps need only one or
-two levels. If seals depend on the speed, matrices are built for all speeds of the grid, which are d apart.
+The errors are relative to P, and g <= 2 is the rate at which gyroscopic moments turn the velocity, divided by the speed
+(2 for a thin disc). A level is interpolated when a step first uses it, for the present inputs, because most steps need
+only one or two levels. If seals depend on the speed, matrices are built for all speeds of the grid, which are then d
+apart.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ USES_BEFORE_BLEND = 3.0  # pieces of a level at a speed before it is interpolate
 
 
 class LevelsAround(NamedTuple):
-    """The matrices of a level at the speeds of the grid below and above a speed, which is at `share` between them.
+    """The matrices of a level at the grid speeds below and above a speed; `share` is its position between them, 0 to 1.
 
     If `share` is 0, `low` is for the speed itself, whether or not it is on the grid.
     """
@@ -83,7 +84,7 @@ def grid_speed(matrices: StepMatrices, index: float) -> float:
 def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
     """Return the position of a speed (rad/s) on the grid, rounded to a multiple of the quantum.
 
-    It is infinite for a speed that is beyond the grid or is not a number.
+    The position is infinite if the speed is beyond the grid or is not a number.
     """
     sizes = matrices.sizes[0]
     place: float = sizes.place
@@ -110,7 +111,7 @@ def slot_of(index: float) -> int:
 
 @kernel
 def built_slot_of(number: float) -> int:
-    """Return the slot of the speed with this number among the speeds `STRIDE` apart, whose matrices are built."""
+    """Return the slot of speed `number` among the speeds for which matrices are built, which are `STRIDE` apart."""
     return N_NEAR + int(number - N_BUILT * math.floor(number / N_BUILT))
 
 
@@ -182,7 +183,7 @@ def begin_interpolation(matrices: StepMatrices, index: float) -> None:
 
 @noinline_kernel
 def interpolate_from_built(matrices: StepMatrices, level: int, index: float) -> None:
-    """Interpolate a level at a point of the grid from three where it is combined; rows of unit inputs are omitted."""
+    """Interpolate a level at a grid speed from three speeds for which it is combined, without rows of unit inputs."""
     middle, target = middle_of(index), level_of(matrices, slot_of(index), level)
     below = level_of(matrices, built_slot_of(middle - 1.0), level)
     at = level_of(matrices, built_slot_of(middle), level)

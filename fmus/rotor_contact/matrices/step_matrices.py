@@ -7,12 +7,13 @@ the present state to the next one,
 
     (q, v)(h) = x P,    (a(0), (q, v)(c_i h), i = 1..3) at the ports = x S,    x = (q, v, 1, 0, A, B, F_j)(0)
 
-where 1 multiplies the steady non-magnetic forces, 0 multiplies the same forces turned by a right angle, so that x
-consists of pairs along x and y. The direction of the unbalance is A + i B. In addition to the ports, S observes cosine
-. q and sine . q, which give the unbalance's work and its torque on a free spin. These rows and columns depend on the
-present inputs: `matrix_inputs` combines them from the rows for unit inputs (`excitation`), which follow the n_x rows of
-x. Level l is for a piece of length h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the
-series converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
+where 1 multiplies the steady non-magnetic forces, and 0 multiplies the same forces turned by a right angle, so that x
+consists of pairs along x and y. The direction of the unbalance is A + i B. In addition to the motion at the ports, S
+yields cosine . q and sine . q, from which the unbalance's work and its torque on a free spin follow. The columns for
+these two, and the rows for 1, 0, A and B, depend on the present inputs. `matrix_inputs` combines them from the rows for
+unit inputs (`excitation`), which follow the n_x rows of x. Level l is for a piece of length h/2^l; `matrix_rows` builds
+the levels, starting from a piece so short that the series converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are
+not stored.
 
 Because P and S depend on the speed, slots of memory hold them for speeds on a grid (`speed_grid`). Two more slots hold
 them for a constant speed, with the gradients of the magnets (`constant_speed`).
@@ -143,7 +144,8 @@ class Level(NamedTuple):
     H
         See `matrix_dampers`, shape (all_rows, all_rows).
     U
-        Observations like S, but by the unit forces of each unbalance, shape (all_rows, PLANE_COLUMNS n_unbalances).
+        Observations like S: products of the motion with the unit forces of each unbalance, shape (all_rows,
+        PLANE_COLUMNS n_unbalances).
     """
 
     P: Array
@@ -174,7 +176,7 @@ class InnerMotion(NamedTuple):
 
 @views
 def place_of_slot(matrices: StepMatrices, slot: int) -> int:
-    """Return where a slot begins in the memory."""
+    """Return the position in the memory at which a slot begins."""
     sizes = matrices.sizes[0]
     n, n_ports, inputs = int(sizes.n), int(sizes.n_ports), matrices.amplitudes.shape[0] // 2
     return slot * slot_size(n, n_ports, matrices.gradients.shape[0] // 2, inputs)
@@ -184,7 +186,7 @@ def place_of_slot(matrices: StepMatrices, slot: int) -> int:
 def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
     """Return the matrices of a level at the speed of a slot, which follow K and C in the memory.
 
-    Levels beyond the stored ones alternate in the memory of the last two stored levels, which are built later.
+    Levels that are not stored take turns in the memory of the last two stored levels, which are built later.
     """
     n, n_ports, rows = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), int(matrices.sizes[0].n_rows)
     inputs, n_bearings = matrices.amplitudes.shape[0] // 2, matrices.gradients.shape[0] // 2

@@ -1,12 +1,13 @@
 """Faces in a piece: the forces of their seats at the Lobatto points, which depend on the motion at these points.
 
-In a sweep, these forces are taken as known, like the forces of magnets. Newton's method then corrects them. With the
-slopes J of a seat's forces F with respect to the motion, and the motion B F that these forces cause, it solves
+In a sweep, these forces are taken as known, like the forces of magnets. Newton's method then corrects them. If J are
+the derivatives of a seat's forces F with respect to the motion, and B F is the motion that these forces cause, this
+method solves
 
     (1 - J B) dF = F(motion) - F
 
-Newton's method is necessary because the damping of a ring, and friction that creeps, are stiff compared with the end of
-a flexible shaft.
+Newton's method is necessary because the damping of a ring, and friction at small slip, are stiff compared with the end
+of a flexible shaft.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ OF_CLEARANCE, OF_SLIP = 1e-4, 0.1  # steps for the slopes: rise of the rim over 
 
 @noinline_kernel
 def begin_face_forces(w: Workspace, matrices: StepMatrices, h: float) -> None:
-    """Write the forces of all seats at z to all points of a piece of length h (s), and find their slopes at z."""
+    """Write the forces of all seats at z to all points of a piece of length h (s), and find their derivatives at z."""
     records, axes = faces_of(w.faces, w.Minv.shape[0]).records, 2 * int(matrices.sizes[0].n_ports)
     piece = piece_of(matrices)
     for k in range(records.shape[0]):
@@ -70,8 +71,8 @@ def _moved(at: FaceMotion, i: int, step: float) -> FaceMotion:
 def settle_face_forces(w: Workspace, matrices: StepMatrices, of_forces: Array) -> tuple[bool, float, float]:
     """Correct the forces of all seats at the Lobatto points after the first, by Newton's method for each face.
 
-    Returns whether this succeeds, the largest error of the forces so far, and the largest normal force (N). A
-    moment counts as the force that causes it at the radius of the ring.
+    Returns whether this succeeds, the largest error of the forces before the correction, and the largest normal force
+    (N). A moment counts as the force that causes it at the radius of the ring.
     """
     piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
     records, error, largest = faces_of(w.faces, w.Minv.shape[0]).records, 0.0, 0.0
@@ -124,7 +125,7 @@ def _port_of_seat(w: Workspace, matrices: StepMatrices, k: int) -> int:
 
 @noinline_kernel
 def _write_equations(w: Workspace, matrices: StepMatrices, of_forces: Array, k: int) -> None:
-    """Write the matrix of Newton's equations for face k; it states how the face's forces act back on themselves."""
+    """Write the matrix of Newton's equations for face k, which describes how the face's forces affect themselves."""
     A, n_ports = matrices.equations.matrix, int(matrices.sizes[0].n_ports)
     slopes = faces_of(w.faces, w.Minv.shape[0]).records[k].slopes
     place, slope, seat = port_of_face(matrices, k, 0), port_of_face(matrices, k, 1), _port_of_seat(w, matrices, k)

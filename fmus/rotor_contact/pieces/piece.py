@@ -1,6 +1,6 @@
 """Scratch of a piece, and the motion of spin and races in it.
 
-Both turn under torques that, like the forces, are cubics through their values at the Lobatto points:
+Spin and races turn under torques that, like the forces, are cubics through their values at the Lobatto points:
 
     Omega_j = Omega_0 + h sum_i a_ji M_i/J,    a_ji = int_0^c_j l_i ds
 
@@ -53,9 +53,9 @@ class Piece(NamedTuple):
     ends
         The end of the piece, and scratch of the same size, shape (2, 2 N).
     observed
-        Observations (S), shape (7, n_columns), due to: state and steady forces; nothing (scratch); A = 1; B = 1; all
-        these with magnets and contact at the first point; contact at the other points; everything. Columns of bearings
-        without force are omitted.
+        Observations (S), shape (7, n_columns). Row 1 is scratch. The other rows are due to: state and steady forces
+        (0); A = 1 (2); B = 1 (3); all these, with magnets and contact at the first point (4); contact at the other
+        points (5); everything (6). Columns of bearings without force are omitted.
     of_forces
         Interpolated observations (S) of unit forces at the ports, ordered as in x, shape (8 n_ports, n_columns).
     magnets, contact
@@ -119,9 +119,10 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
 
 @kernel
 def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_torque: float) -> None:
-    """Advance spin and races over a piece of length h (s) under node friction; call this until it converges.
+    """Advance spin and races over a piece of length h (s) under the friction at the nodes; repeat until it converges.
 
-    The torques of drive and drag converge in this function, because there may be no contact forces that depend on them.
+    The function itself iterates the torques of drive and drag, because without contact forces a caller would not notice
+    that these torques have not converged.
     """
     piece = piece_of(matrices)
     for k in range(w.sites.shape[0]):

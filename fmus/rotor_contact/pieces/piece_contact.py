@@ -50,7 +50,7 @@ def port_of_bearing(matrices: StepMatrices, b: int) -> int:
 
 @kernel
 def port_of_face(matrices: StepMatrices, k: int, of_slope: int) -> int:
-    """Return one of the two ports of face k: the port of its slope, or the port of its place."""
+    """Return a port of face k: the port of its slope if `of_slope` is 1, the port of its place if it is 0."""
     n_others = 2 * matrices.nodes.shape[0] + matrices.gradients.shape[0] // 2
     return int(matrices.ports[first_port_number(matrices) + n_others + 2 * k + of_slope])
 
@@ -80,7 +80,7 @@ def gradients_change(motion: Motion, matrices: StepMatrices) -> bool:
 
 @kernel
 def magnets_act(w: Workspace, matrices: StepMatrices) -> bool:
-    """Return whether any bearing exerts a magnetic force, or exerted one whose gradient is still in the matrices."""
+    """Return whether any bearing exerts a magnetic force, or whether the matrices still contain a magnetic gradient."""
     excitation = forces(w.motion)
     for b in range(w.motion.bearings.shape[0]):
         bearing = w.motion.bearings[b]
@@ -323,7 +323,7 @@ def _write_equations(
 
 @kernel
 def _slip_response(w: Workspace, k: int, other: int, h: float) -> float:
-    """Return h times the rate of growth, through spin and race, of slip at site k per unit friction at another site."""
+    """Return the change of slip at site k, through spin and race, if unit friction acts at `other` for h (s)."""
     site, cause = w.sites[k], w.sites[other]
     rate = 0.0
     if site.spin >= 0:
@@ -335,7 +335,7 @@ def _slip_response(w: Workspace, k: int, other: int, h: float) -> float:
 
 @kernel
 def _surface_speed(w: Workspace, matrices: StepMatrices, piece: Piece, k: int, point: int, h: float) -> float:
-    """Return the surface velocity (m/s) of journal k relative to its race, without friction after the first point."""
+    """Return the surface velocity (m/s) of journal k relative to its race, without the friction at later points."""
     site = w.sites[k]
     speed = piece.spin[0, point] * site.journal_radius - piece.races[k, point] * race_radius(site)
     for other in range(w.sites.shape[0]):

@@ -1,8 +1,8 @@
 """The end of a solved piece that is cut short, at an event or at the end of the step.
 
-The forces remain unchanged, so their cubics are evaluated at the Lobatto points of the part [0, s h]. The motion there,
-and with it slip and the work of the unbalance, follows from its series. Spin and races, whose torques are such cubics,
-are advanced again, so that work and energy agree.
+The forces remain unchanged, so their cubics are evaluated at the Lobatto points of the part [0, s h]. The motion at
+these points follows from its series, and so do slip and the work of the unbalance. Spin and races, whose torques are
+such cubics, are advanced again, so that work and energy agree.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def cut_piece(
     """Write the state after a share of a piece of length h (s) to z_new; return the energy (J) taken by the dampers.
 
     The nodes of the piece become the nodes of this part, because `piece_energy` needs them. `torque` is the torque of
-    rotating damping on the spin (N m); `index` is the position of the speed on the grid. After an event, sites are put
-    on their circles later, when the modes are found.
+    rotating damping on the spin (N m); `index` is the position of the speed on the grid. After an event, the journals
+    in contact are put on their circles later, when the modes are found.
     """
     piece, stages, n = piece_of(matrices), stages_of(w.stages), int(matrices.sizes[0].n)
     z_new, y = stages.z_new, series_of(matrices).y
@@ -81,7 +81,7 @@ def _observe_unbalance(motion: Motion, matrices: StepMatrices, point: int, y: Ar
 
 @kernel
 def _restrict_nodes(matrices: StepMatrices, site: Site, k: int, n_terms: int, s: float) -> None:
-    """Replace forces and slip of a site at the Lobatto points by their values at the points of [0, s h]."""
+    """Replace forces and slip of a site at the Lobatto points by their values at the Lobatto points of [0, s h]."""
     nodes = matrices.nodes[k]
     a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
     f_n, f_t = (a.f_n, b.f_n, c.f_n, d.f_n), (a.f_t, b.f_t, c.f_t, d.f_t)
@@ -98,8 +98,8 @@ def _taken_by_dampers(
 ) -> float:
     """Return the energy (J) that the dampers take up to `share` of the piece, by Gauss's quadrature over parts of it.
 
-    A part is at most twice as long as the shortest piece, whose H comes from Lobatto's quadrature, so both quadratures
-    have the same error.
+    The H of the shortest piece comes from Lobatto's quadrature. A part is at most twice as long as this piece, so that
+    both quadratures have the same error.
     """
     sizes = matrices.sizes[0]
     if sizes.damped == 0.0:

@@ -3,7 +3,7 @@
 Modes of the rotor may vibrate several times in a piece. Two quantities are therefore computed in closed form: the
 energy D that the dampers take from the motion (`matrix_dampers`), and the work of steady forces f and of magnets with
 gradients k. In a piece, this work is f . (q_1 - q_0) + k (q_1^2 - q_0^2)/2. The spin supplies the power -Omega M to the
-damping that rotates with it, so the heat is D - int Omega M dt. The work of unbalance at a given speed is
+damping that rotates with it, so the heat is D - int Omega M dt. The work of the unbalance at a prescribed speed is
 
     int p . v dt = [p . q] - int p' . q dt,
     p = exp(i theta) (Omega^2 - i Omega'),    p' = exp(i theta) (3 Omega Omega' + i Omega^3)
@@ -42,7 +42,7 @@ from rotor_contact.shaft.seals import seal_power, slopes_of_seal_power, stored_b
 
 
 class ShaftDamping(NamedTuple):
-    """Torque (N m) of the shaft's damping on the spin; dissipation and skew power (W) of seals, with rates (W/s)."""
+    """Torque (N m) of the shaft's damping on the spin; heat and skew-stiffness power of seals (W), with rates (W/s)."""
 
     torque: float
     heat: float
@@ -71,7 +71,7 @@ def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
 
 @kernel
 def known_damping(w: Workspace, matrices: StepMatrices, Omega: float, z: Array) -> ShaftDamping:
-    """Return the same as `damping_of_shaft`, cached for the next step, which begins at this z."""
+    """Return the result of `damping_of_shaft`, which is cached because the next step begins at this z."""
     n, cached = w.Minv.shape[0], matrices.damping
     if cached[0] == Omega and same_bits(z[:n], cached[4 : 4 + n]) and same_bits(z[w.n : w.n + n], cached[4 + n :]):
         return ShaftDamping(cached[1], cached[2], 0.0, cached[3], 0.0)
@@ -162,7 +162,7 @@ def _work_of_magnets(w: Workspace, z: Array, z_new: Array) -> float:
 
 @kernel
 def _work_of_unbalance(w: Workspace, matrices: StepMatrices, piece: Piece, h: float) -> float:
-    """Return the work (J) of the unbalance at a given speed in a piece of length h (s)."""
+    """Return the work (J) of the unbalance at a prescribed speed in a piece of length h (s)."""
     work, Omega_dot = 0.0, w.motion.Omega_dot
     for point in range(N_LOBATTO):
         theta, Omega = piece.spin[1, point], piece.spin[0, point]
@@ -188,8 +188,8 @@ def add_energies(
 ) -> None:
     """Add the heat and work of a piece of length h (s) from z to z_new; update the peak forces.
 
-    `taken` is the result of `energy_taken`. `supplied` is the work of the unbalance at a given speed, or NaN if it is
-    not computed yet. `before` and `after` are the damping torque and the power of the seals at the two ends. For a
+    `taken` is the result of `energy_taken`. `supplied` is the work of the unbalance at a prescribed speed, or NaN if it
+    is not computed yet. `before` and `after` are the damping torque and the power of the seals at the two ends. For a
     whole step, `taken` and `supplied` already include the effects of this torque and this power.
     """
     n, stages = w.Minv.shape[0], stages_of(w.stages)

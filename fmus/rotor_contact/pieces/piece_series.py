@@ -1,11 +1,11 @@
-"""The motion in a solved piece as a Taylor series, for a cut end and for instants between the Lobatto points.
+"""The motion in a solved piece as a Taylor series, used where a piece is cut and between the Lobatto points.
 
 With s = t/h in a piece of length h, y(s) = sum_k y_k s^k for y = (q, v), and
 
     q_(k+1) = h/(k+1) v_k,    v_(k+1) = h/(k+1) (f_k - K q_k - C v_k)            (1)
 
 f_k are the coefficients of the accelerations due to all forces: steady ones (k = 0), the unbalance
-(A + i B) (i Omega h)^k/k!, and the cubics through the node forces. No equations are solved again.
+(A + i B) (i Omega h)^k/k!, and the cubics through the node forces. No equations have to be solved again.
 """
 
 from __future__ import annotations
@@ -54,9 +54,10 @@ def series_of(matrices: StepMatrices) -> PieceSeries:
 
 @noinline_kernel
 def expand(w: Workspace, matrices: StepMatrices, index: float, h: float, reach: float) -> int:
-    """Write the terms (1) of a piece of length h (s) with a complete x; return their number, or 0 if it is too small.
+    """Write the terms (1) of a piece of length h (s) with a complete x; return their number.
 
-    The series is for shares s up to `reach`; `index` is the position of the speed on the grid.
+    The number is 0 if `MAX_TERMS` terms do not suffice. The series is for shares s up to `reach`; `index` is the
+    position of the speed on the grid.
     """
     piece, series, n = piece_of(matrices), series_of(matrices), int(matrices.sizes[0].n)
     terms, a = series.terms, series.a[:n]

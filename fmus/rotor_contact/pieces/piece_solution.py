@@ -296,7 +296,7 @@ def solve_piece(
 
 @kernel
 def _has_rotations(w: Workspace) -> bool:
-    """Return whether the spin or a race turns under the forces of the piece."""
+    """Return whether the spin is free or a site has a race, so that forces can change their speeds."""
     if w.spin[0].row >= 0:
         return True
     for site in w.sites:
@@ -309,8 +309,8 @@ def _has_rotations(w: Workspace) -> bool:
 def _direction(w: Workspace, matrices: StepMatrices, index: float, h: float, theta: float) -> complex:
     """Return the initial direction of the unbalance, computed with the mean speed and acceleration of the piece.
 
-    In the matrices the unbalance turns at the speed of the grid, Omega_g. It begins at theta plus the mean angle by
-    which the rotor differs from this rotation,
+    The matrices assume that the unbalance turns at Omega_g, a speed on the grid. Its initial angle is theta plus the
+    mean deviation of the rotor's angle from this rotation,
 
         1/h int theta(t) - theta(0) - Omega_g t dt
 

@@ -59,17 +59,17 @@ def off_circle(site: Site, first: Point, second: Point) -> float:
 
 @noinline_kernel
 def stays_clear(site: Site, begin: Point, points: Points, h: float) -> bool:
-    """Return whether a free journal stays clear in a piece of length h (s), judged by its path between the points."""
+    """Return whether a free journal stays clear of its retainer in a piece of length h (s), judged by its path."""
     return clear_share(site, begin, points, h, CLOSE_MARGIN) == 1.0
 
 
 @kernel
 def close_margin(share: float) -> float:
-    """Return the fraction of the clearance within which the path over a piece is not trusted.
+    """Return the distance from the retainer, relative to the clearance, within which a piece's path is not trusted.
 
     `share` is the length of the piece as a share of the step. The error of the path is of fourth order in the length.
-    The fraction depends only on its square, so that a journal that has just left its circle slowly is clear of it
-    within a few short pieces.
+    The returned distance is proportional to the square of the length, so that a journal that has just left its circle
+    slowly is clear of it within a few short pieces.
     """
     return CLOSE_MARGIN * share * share
 
@@ -78,8 +78,8 @@ def close_margin(share: float) -> float:
 def clear_share(site: Site, begin: Point, points: Points, h: float, margin: float) -> float:
     """Return the share of a piece of length h (s) over which a free journal stays clear.
 
-    A touch is located on the path between points. If the journal may graze its retainer, within the fraction `margin`
-    of the clearance, the result is the last point before the graze.
+    A touch is located on the path between two Lobatto points. If the journal may graze its retainer, within the
+    fraction `margin` of the clearance, the result is the last point before the graze.
     """
     first, second, last = points
     c_1, c_2 = LOBATTO_POINTS[1], LOBATTO_POINTS[2]

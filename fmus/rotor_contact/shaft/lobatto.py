@@ -62,7 +62,7 @@ def least_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
 def positive_share(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
     """Return the share of the interval over which the cubic through four values is certainly positive.
 
-    Zero crossings are sought between `N_LOOKS` points. If there is none, but a Bezier point is negative, the result is
+    Zero crossings are sought between `N_LOOKS` points. If none is found, but a Bezier point is negative, the result is
     0.5.
     """
     if least_of_cubic(f_0, f_1, f_2, f_3) > 0.0:
@@ -82,9 +82,10 @@ def positive_share(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
 
 @kernel
 def first_fall(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
-    """Return where in the interval the cubic through four values first falls through zero, or 2.0 if it does not.
+    """Return the share of the interval at which the cubic through four values first falls through zero.
 
-    A fall is sought between `N_LOOKS` points; the root is located to within rounding.
+    The result is 2.0 if the cubic never falls through zero. A fall is sought between `N_LOOKS` points; the root is
+    located to within rounding.
     """
     if least_of_cubic(f_0, f_1, f_2, f_3) > 0.0:
         return 2.0

@@ -143,7 +143,7 @@ def isotropic_combination(x: Array, A: Array, y: Array, turned: Array, first: in
 def isotropic_combination_between(
     x: Array, A: Array, B: Array, share: float, y: Array, turned: Array, first: int, size: int
 ) -> None:
-    """Write the same as `combination_between`, with the same bits as `isotropic_combination`."""
+    """Write the same as `combination_between`, with the bits of `isotropic_combination` for interpolated rows."""
     rest = 1.0 - share
     for i in range(size):
         y[i] = turned[i] = 0.0
@@ -300,7 +300,7 @@ def isotropic_dots_between(x: Array, z: Array, share: float, y: Array) -> comple
 
 @kernel
 def triangular_form(A: Array, x: Array, size: int) -> float:
-    """Return x . A x for the first `size` (an even number) of the x, with a lower triangular A."""
+    """Return x . A x for the first `size` numbers of x, where A is lower triangular and `size` is even."""
     return _form(A, x, size, 1)
 
 
@@ -312,7 +312,7 @@ def quadratic_form(A: Array, x: Array) -> float:
 
 @kernel
 def _form(A: Array, x: Array, size: int, triangular: int) -> float:
-    """Return x . A x, eight columns at once; `triangular` is 1 if they begin at the diagonal, else 0."""
+    """Return x . A x, eight columns at once; `triangular` is 1 if columns begin at the diagonal, else 0."""
     n = A.shape[1]
     total = rest = 0.0
     i = 0

@@ -89,7 +89,7 @@ def _cubic(a: Array, at: int, t: float) -> float:
 
 @kernel
 def _product(row: Array, q: Array, first: int) -> float:
-    """Return the displacement or velocity of a row, from coordinates starting at `first` in q."""
+    """Return the product of a row and the coordinates that start at `first` in q: a displacement or a velocity."""
     total = 0.0
     for i in range(row.shape[0]):
         total += row[i] * q[first + i]

@@ -76,7 +76,7 @@ class Structure(NamedTuple):
     bearings, sites
         Row of x of each magnetic bearing and of each contact site; the row of y is the next one.
     site_bearings
-        Number of the bearing whose retainer a site is, or -1 if there is none.
+        For each site, the number of the bearing whose retainer it is, or -1 if there is none.
     seals
         Seals and passive bearings (`seals.Seals`); their mass is in M.
     faces

@@ -39,11 +39,11 @@ LOWEST_FLIGHT = 5e-11
 
 @kernel
 def resolve_modes(w: Workspace, tau: float, shortest: float) -> int:
-    """Find modes that are consistent with the forces at z, without tension or friction beyond the law; store k_1.
+    """Find modes that are consistent with the forces at z, without tension or excessive friction; store k_1.
 
-    Sites that would touch again within `shortest` (s), or hardly lift, count as closed, because the bounces of one
-    site, or of two sites in turn, would accumulate. Returns a fault code, because with strong friction there may be no
-    consistent modes.
+    Sites that would touch again within `shortest` (s), or would hardly lift, count as closed. Otherwise, the bounces of
+    one site, or of two sites in turn, would accumulate. Returns a fault code, because with strong friction there may be
+    no consistent modes.
     """
     n = w.n
     stages = stages_of(w.stages)
@@ -87,7 +87,7 @@ def _open_tensile(sites: Sites) -> bool:
 
 @kernel
 def _close_soonest(sites: Sites, z: Array, a: Array, Omega: float, shortest: float) -> bool:
-    """Close a free site on its circle that lifts too briefly to be followed; return whether there is one.
+    """Close a free site whose journal lifts from its circle too briefly to be followed; return whether there is one.
 
     Its flight would last 2 v/a < `shortest` (s), or would only reach v^2/(2 a) < `LOWEST_FLIGHT` times the clearance.
     """

@@ -73,9 +73,9 @@ def indicator(sites: Sites, z: Array, n: int, Omega: float) -> float:
 def locate_event(w: Workspace, tau: float, dt: float) -> float:
     """Return the length (s), in (0, dt], of the substep that ends on the first event; write its end to z_new.
 
-    Requires a substep of `dt` with an event. The method is regula falsi after Anderson and Bjoerck for every indicator,
-    from a value at least `EVENT_OFFSET` below zero. The time of a touch is found by Newton's method, starting from the
-    time of the touch on the cubic path.
+    The last substep must have had the length `dt` and contain an event. The method is regula falsi after Anderson and
+    Bjoerck for every indicator, whose first value is taken to be at least `EVENT_OFFSET` below zero. The time of a
+    touch is found by Newton's method, starting from the time of the touch on the cubic path.
     """
     n, stages = w.n, stages_of(w.stages)
     z, z_new = stages.z, stages.z_new

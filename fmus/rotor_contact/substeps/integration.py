@@ -43,7 +43,8 @@ def spin_speed(w: Workspace, tau: float, z: Array) -> float:
 def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
     """Write the rate of z at `tau` (s), with contact, into `dz`; return False if the contact equations are singular.
 
-    Friction heat is -T v_slip. If the speed is prescribed, the drive's work is -T R_s Omega, even without slip.
+    Friction heat is -T v_slip. If the speed is prescribed, the drive supplies the power -T R_s Omega, even without
+    slip.
     """
     n = w.n
     motion, spin = w.motion, w.spin[0]
@@ -138,7 +139,7 @@ def substep(w: Workspace, tau: float, dt: float) -> bool:
 
 @kernel
 def collect_last_substep(w: Workspace) -> None:
-    """Let each site collect the last substep."""
+    """Add the last substep to the totals of each site."""
     n, stages = w.n, stages_of(w.stages)
     for k in range(w.sites.shape[0]):
         begin, end = site_integrals(stages.k_1, n, k), site_integrals(stages.k_new, n, k)
@@ -148,7 +149,7 @@ def collect_last_substep(w: Workspace) -> None:
 
 @kernel
 def velocity_error(w: Workspace, dt: float) -> float:
-    """Estimate the velocity error (m/s) of the last substep: the largest over all planes, housings and races.
+    """Estimate the velocity error (m/s) of the last substep: the largest error of any plane or other body.
 
     An embedded third-order formula uses the derivative at the end instead of the last stage; the estimate is the
     difference, dt/6 (k_4 - k_new).
@@ -166,7 +167,7 @@ def velocity_error(w: Workspace, dt: float) -> float:
 
 @kernel
 def _body_error(w: Workspace, a: Array, a_new: Array) -> float:
-    """Return the largest squared difference of two accelerations at the retainers' surfaces (m^2/s^4)."""
+    """Return the largest squared difference (m^2/s^4) of two accelerations of housing, race or journal surface."""
     largest = 0.0
     for site in w.sites:
         if site.housing >= 0:

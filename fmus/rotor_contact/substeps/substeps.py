@@ -56,7 +56,7 @@ def largest_penetration(sites: Sites, q: Array) -> float:
 
 @kernel
 def may_touch_between(w: Workspace, dt: float) -> bool:
-    """Return whether the path of a free site from z to z_new may pass its retainer."""
+    """Return whether the path of any free journal from z to z_new may cross its retainer."""
     n = w.n
     stages = stages_of(w.stages)
     for site in w.sites:
@@ -71,7 +71,7 @@ def may_touch_between(w: Workspace, dt: float) -> bool:
 
 @kernel
 def apply_impacts(w: Workspace, Omega: float, law: int, rebounds: bool) -> bool:
-    """Apply the impact law where free sites have reached their retainers; return False if no impulse exists."""
+    """Apply the impact law where free journals have reached their retainers; return False if no impulse exists."""
     n = w.n
     z = stages_of(w.stages).z
     q = z[:n]

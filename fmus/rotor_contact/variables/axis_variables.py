@@ -6,7 +6,7 @@ from fmi_export.variables import Variable, input_, output, parameter
 
 
 def axis_inputs(bearing: str, axis: str) -> list[Variable]:
-    """Return the force of a bearing along an axis, its gradient, and the displacement at which the force applies."""
+    """Return a bearing's inputs along an axis: force, its gradient, and displacement at which the force applies."""
     at = f"{bearing.upper()}, {axis} axis"
     return [
         input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),
@@ -40,7 +40,7 @@ def axial_parameters(thrust: str) -> list[Variable]:
 
 
 def axial_inputs(thrust: str) -> list[Variable]:
-    """Return the forces along the shaft: the force of the thrust magnet, and any other force."""
+    """Return the inputs along the shaft: thrust magnet, any other force, and acceleration of the base."""
     return [
         *axis_inputs(thrust, "z"),
         input_(f"{thrust}.f_process", "N", "Other force on the rotor along the shaft, such as the process force"),

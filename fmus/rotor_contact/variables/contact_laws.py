@@ -4,7 +4,7 @@
     1, 2, ...   `COMPLIANT`, in this order: the classical laws (thesis 4.1 to 4.9, 4.13), for comparison
 
 A law consists of a function of penetration and rate, which returns a `Response`, and of a line in `COMPLIANT`, which
-gives the law its number. It reads its parameters from the site; `law_parameters` declares them.
+gives the law its number. The function reads the parameters of the law from the site; `law_parameters` declares them.
 docs/theory/contact_laws.md states the equations, in which v_s is `RATE_SCALE`. Because K = k_c / sqrt(delta_c), k_c is
 the secant stiffness at delta_c of the laws with a power of 3/2.
 """
@@ -29,15 +29,17 @@ class Response(NamedTuple):
     force
         N (N); a negative value would pull, and is cut off.
     push
-        A force (N) that is positive where the law pushes the journal, and negative where it would pull. It passes zero
-        where the cut gives N a kink: at k_c delta + c_c delta' = 0 for spring and damper, and where the factor of the
-        rate vanishes for the laws with a power of 3/2.
+        A force (N) that is positive where the law pushes the journal, and negative where it would pull. It passes
+        through zero where cutting off the pull gives N a kink: at k_c delta + c_c delta' = 0 for spring and damper, and
+        where the factor of the rate vanishes for the laws with a power of 3/2.
     stored
         Elastic energy (J): the integral of the force at rate zero.
     elastic
-        Derivative of the stored energy (N); the excess of N over it is lost.
+        Derivative of the stored energy with respect to the penetration (N); the difference between N and this
+        derivative is dissipated.
     stiffness, damping
-        Bounds on the slopes of N over penetration (N/m) and over its rate (N s/m); these bounds limit the substeps.
+        Bounds on the derivatives of N with respect to the penetration (N/m) and its rate (N s/m); these bounds limit
+        the substeps.
     """
 
     force: float
@@ -181,7 +183,7 @@ CONSTRAINT = 0
 
 
 def _formula_from(number: int) -> Law:
-    """Return a function that applies the formula of a site's law if this law has this number or a later one."""
+    """Return a function that evaluates the law of a site, provided that the law's number is at least `number`."""
     formula = COMPLIANT[number - 1][0]
     if number == len(COMPLIANT):
         return formula

@@ -161,7 +161,7 @@ def interface_of(planes: Planes) -> Interface:
 
 
 def _contact_state(planes: Planes) -> Variable:
-    """Return the output for the bearings whose retainers the rotor touches: a sum of 1, 2, 4, ... in their order."""
+    """Return the output for touched retainers: a sum of 1, 2, 4, ... for the first, second, third, ... bearing."""
     parts = [
         f"{2**k} {' or '.join(site.name.upper() for site in planes.sites if site.bearing == bearing) or bearing}"
         for k, bearing in enumerate(planes.bearings)

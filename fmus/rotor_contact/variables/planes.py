@@ -61,9 +61,9 @@ class Planes:
     polar_inertia
         Start value of spin.inertia (kg m^2).
     valid_to
-        Frequency up to which the rotor's reduction is accurate (rad/s), for judging a run.
+        Frequency (rad/s) up to which the reduced rotor is accurate, used to judge a run.
     moved_by
-        For each bearing, sensor plane or site, by name: the sites whose journal moves it while the rest of the rotor is
+        For each bearing, sensor plane or site, by name: the sites whose journals move it while the rest of the rotor is
         fixed.
     mixes_axes
         Whether a steady load in x deflects the rotor in y, by damping that rotates with the shaft or by seals.

@@ -4,7 +4,7 @@ A modelDescription declares them as InitialUnknowns, which importers use to solv
 is an error; an unnecessary one only costs time.
 
 If the rotor starts at rest in the centre, only quantities relative to the retainers depend on anything. If the rotor
-starts on its orbit, it is deflected by steady loads and whirls due to unbalance; each journal that exceeds its
+starts on its orbit, it is deflected by steady loads and whirls due to unbalance; each journal that is beyond its
 clearance is moved back individually. Contact forces then depend on everything that accelerates the rotor, including
 magnetic bearing forces.
 """
@@ -39,7 +39,7 @@ def _put_back(sites: Iterable[str]) -> tuple[str, ...]:
 def displacement(planes: Planes, place: str, axis: str) -> tuple[str, ...]:
     """Return the dependencies of the displacement at a bearing or a sensor plane.
 
-    Without contact only the whirl couples the axes, unless the shaft has rotating damping.
+    Without contact, the whirl couples the axes, and so does rotating damping if the shaft has any.
     """
     sites = planes.moved_by.get(place, ())
     return (*WHIRL, *_loads("xy" if sites or planes.mixes_axes else axis), *_put_back(sites))

@@ -14,8 +14,8 @@ directions converge. Each sweep includes the rotation of the directions with the
 
     n_j . v_j + (t_j . v_j/c) t_j . (q_j - q_j_before) = 0        (1)
 
-which saves a sweep. Displacements are not constrained to the circle at the inner points. Their distance from the circle
-is the error measure; the error at the end of the step is much smaller.
+which saves a sweep. The journals are not constrained to their circles at the inner points. The distance of a journal
+from its circle at these points measures the error; the error at the end of the step is much smaller.
 
 Lobatto collocation of index-2 systems: Hairer, Lubich and Roche, The Numerical Solution of Differential-Algebraic
 Systems by Runge-Kutta Methods, Springer 1989.
@@ -49,7 +49,7 @@ SETTLED = 1e-5  # of the largest force: change of the forces in the last sweep; 
 
 @noinline_kernel
 def find_forces(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> bool:
-    """Write the later contact forces of a step into x; return False if an event may be in it.
+    """Write the contact forces at the later points of a step into x; return False if the step may contain an event.
 
     Call `find_first_forces` first. The function also returns False if the forces cannot be computed with sufficient
     accuracy.
@@ -112,7 +112,7 @@ def _set_force(matrices: StepMatrices, whole: WholeStep, k: int, point: int, f_n
 
 @kernel
 def _locate_nodes(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> None:
-    """Locate the sites at the Lobatto points under the forces in x, and write their slip."""
+    """Locate the journals at the Lobatto points under the forces in x; write their normals and slip."""
     later = first_contact(matrices) + 2 * w.sites.shape[0]
     for k in range(w.sites.shape[0]):
         site = w.sites[k]

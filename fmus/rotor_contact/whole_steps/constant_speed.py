@@ -6,7 +6,7 @@ g_0 are the gradients in the matrices, g the gradients of the present step, and 
 (`piece_contact`). Gradients that vary around g_0, such as those of nonlinear magnets, therefore leave only small forces
 at the nodes.
 
-The matrices are built over `STEPS_BEFORE_BUILD` steps. Gradients that stay far from g_0 for longer, such as the
+The matrices are built over `STEPS_BEFORE_BUILD` steps. Gradients that stay far from g_0 for many steps, such as the
 gradients of magnets that were switched off, become the next g_0. Their matrices are built in a separate slot while the
 old matrices are used.
 """
@@ -72,7 +72,7 @@ def constant_speed_of(array: Array, at: int, n_bearings: int) -> ConstantSpeed:
 
 @kernel
 def follow(motion: Motion, is_constant: bool, is_same: bool, constant: ConstantSpeed, memory: np.record) -> None:
-    """Count the steps at a constant speed; choose the gradients of its matrices.
+    """Count the steps at a constant speed; choose the gradients for the matrices at this speed.
 
     `is_same` states whether the key of the matrices is the same as in the last step.
     """
@@ -187,7 +187,7 @@ def _is_of(matrices: StepMatrices, which: int, Omega: float, gradients: Array) -
 def _build(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, share: float
 ) -> None:
-    """Build a share of a slot, and the matrices of a whole step once the slot is complete."""
+    """Build a share of the rows of a slot, and the matrices of a whole step once all rows are complete."""
     slot, place = FIRST_CONSTANT + which, CONSTANT + which
     if not is_complete(matrices, slot, place):
         build_slot(structure, motion, sites, matrices, slot, place, share)

@@ -70,7 +70,7 @@ def take_whole_step(w: Workspace, matrices: StepMatrices, h: float) -> bool:
 
 @kernel
 def _can_be_whole(w: Workspace, matrices: StepMatrices, in_contact: bool) -> bool:
-    """Return whether the speed is constant, no race turns, and all contact is in fixed retainers and slow enough."""
+    """Return whether the speed is constant, no race turns, and any contact is slow enough and in fixed retainers."""
     place = matrices.sizes[0].place
     if place == 0.0:
         return False

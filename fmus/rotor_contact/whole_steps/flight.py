@@ -1,6 +1,6 @@
 """A whole step of free flight (`whole_step`).
 
-Where the present gradients g of the magnets differ from the gradients g_0 in the matrices, the forces change by
+If the present gradients g of the magnets differ from the gradients g_0 in the matrices, the forces change by
 
     d_j = (g - g_0) (q(c_j h) - q(0)),    q(c_j h) by the cubic through q and q' at both ends
 """
@@ -26,7 +26,7 @@ OF_END = tuple(-s * s * (1.0 - s) for s in LOBATTO_POINTS[1:])
 
 @kernel
 def fly(w: Workspace, matrices: StepMatrices, whole: WholeStep, h: float) -> bool:
-    """Write the end of a step of length h (s) without contact to z_new; return False if it is not accurate."""
+    """Write the end of a step of length h (s) without contact to z_new; return False if the result is not accurate."""
     stages, n = stages_of(w.stages), int(matrices.sizes[0].n)
     x, end, held = whole.x, whole.end, first_held(matrices) + matrices.gradients.shape[0]
     row_combination(x[:held], whole.F, end, 2 * n + 2)
@@ -58,7 +58,7 @@ def _predict_changes(w: Workspace, matrices: StepMatrices, whole: WholeStep, h: 
 
 @kernel
 def _have_settled(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> bool:
-    """Return whether the changes at the end agree with the motion that they cause."""
+    """Return whether the changes of force at the end agree with the motion that these changes cause."""
     x, axes, first = whole.x, matrices.gradients.shape[0], first_held(matrices)
     largest = 0.0
     for unit in range(axes):

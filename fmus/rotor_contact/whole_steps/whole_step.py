@@ -65,7 +65,7 @@ def derive_whole_step(
 
 @kernel
 def _sum_form(matrices: StepMatrices, form: Array, target: Array, adds: bool, is_new: bool) -> None:
-    """Write the lower triangle of a quadratic form of a step, or add it; elements off the diagonal are doubled."""
+    """Write or add the lower triangle of a quadratic form of a step; elements off the diagonal are doubled."""
     for row in range(target.shape[0]):
         for other in range(row + 1):
             if not (is_new or is_of_inputs(matrices, row) or is_of_inputs(matrices, other)):

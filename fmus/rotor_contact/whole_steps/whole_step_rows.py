@@ -87,13 +87,13 @@ def is_of_inputs(matrices: StepMatrices, row: int) -> bool:
 
 @kernel
 def count_of(matrices: StepMatrices, row: int) -> int:
-    """Return how many rows of the matrices of a step are summed in a row of a whole step: several for held forces."""
+    """Return how many rows of a step's matrices are summed in a row of a whole step: four for held forces, else one."""
     return N_LOBATTO if 0 <= row - first_held(matrices) < matrices.gradients.shape[0] else 1
 
 
 @kernel
 def row_of(matrices: StepMatrices, row: int, number: int) -> int:
-    """Return number `number` of the rows of a step's matrices that are summed in a row of a whole step."""
+    """Return the index of the row of a step's matrices that is summand `number` of a row of a whole step."""
     first, n_ports = first_held(matrices), int(matrices.sizes[0].n_ports)
     if row < first:
         return row
