@@ -22,7 +22,7 @@ DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO)
 
 
 def archive_of(content: Mapping[str, bytes]) -> bytes:
-    """Return a zip archive of `content`, which contains the bytes of each entry by its name.
+    """Return a zip archive of `content`, which maps the name of each entry to its bytes.
 
     FMUs are already compressed, so they are stored unchanged.
     """

@@ -98,7 +98,7 @@ except Exception as error:
 def read_content(path: Path, keys: Sequence[str] = ()) -> dict[str, NDArray[Any]]:
     """Return the arrays of a file by name: those in `keys` that the file contains, or all if `keys` is empty.
 
-    Cell arrays of text become arrays of text. The name of a structure's field is `structure.field`, and its value is
+    Cell arrays of text become arrays of text. Fields of structures are named `structure.field`, and their values are
     returned as text.
 
     Raises
@@ -137,5 +137,5 @@ def _load_npz(path: Path | IO[bytes], keys: Sequence[str]) -> dict[str, NDArray[
 
 
 def _cut(text: str) -> str:
-    """Shorten a reason, because zipfile prints the whole garbled name if a file is damaged."""
+    """Shorten an error message; if a file is damaged, zipfile's message contains the whole garbled name."""
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."

@@ -46,8 +46,7 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
 def plain_file(folder: Path, name: str) -> Path:
     """Return the path of a file that a program writes into a folder under a name that the program chose.
 
-    A link with this name is removed, so that nothing is written to a device behind the link, which the user did not
-    name.
+    If a link has this name, it is removed: it could lead to a device that the user did not name.
     """
     path = folder / name
     if path.is_symlink():

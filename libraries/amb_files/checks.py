@@ -36,7 +36,7 @@ def single_line(error: object) -> str:
 
 @contextmanager
 def errors_in(place: str) -> Iterator[None]:
-    """Begin the message of a ValueError with `place`, unless `place` is empty."""
+    """Prepend `place`, if it is not empty, to the message of a ValueError raised within the context."""
     try:
         yield
     except ValueError as error:

@@ -1,7 +1,8 @@
 """Reads CSV tables in the formats in which tools and spreadsheets of any country save them.
 
-Columns are separated by commas, semicolons or tabs. Numbers contain decimal points, or else all of them contain decimal
-commas, as in a German spreadsheet. An ambiguous number is refused; for example, `1,500` by itself may be 1500 or 1.5.
+Columns are separated by commas, semicolons or tabs. Fractions are written with decimal points or, throughout the file,
+with decimal commas, as in a German spreadsheet. An ambiguous number is refused; for example, `1,500` by itself may be
+1500 or 1.5.
 
 Lines that begin with `#` or `%` are comments. If the first line that is not a comment contains numbers, the headings
 are read from the last comment above it, where `numpy.savetxt` writes them.
@@ -118,7 +119,7 @@ def read_numbers(
 
 
 def _plain_numbers(text: str, separator: str) -> tuple[list[str], Numbers] | None:
-    """Return headings and numbers, or None if a cell is not a number or columns do not have one heading each."""
+    """Return headings and numbers, or None if a cell is not a number or a column does not have its own heading."""
     text = text.lstrip("\r\n")
     begin = NEWLINE.search(text)
     if begin is None or '"' in text:
@@ -151,7 +152,7 @@ def _text_and_separator(path: Path, name: str, largest: int) -> tuple[str, str]:
 
 
 def _without_comments(text: str) -> str:
-    """Return the lines that are not comments; the last comment above numbers is kept, because it has the headings."""
+    """Return the lines that are not comments; if numbers come first, keep the comment above them as headings."""
     if not HAS_COMMENT.search(text):
         return text
     lines = re.split(r"(?<=\n)", text)
@@ -176,7 +177,7 @@ def _used(row: list[str]) -> int:
 
 
 def _separator(text: str) -> str:
-    """Return the separator that divides all first rows into equally many cells, or else yields the most headings."""
+    """Return the separator that divides the first rows into equally many cells, or else the one with most headings."""
     end = text.rfind("\n", 0, SAMPLED)
     sample = text if len(text) <= SAMPLED or end < 0 else text[: end + 1]
     lengths = {sep: [len(row) for row in islice(_rows(sample, sep), SAMPLED_ROWS)] for sep in SEPARATORS}
@@ -209,6 +210,6 @@ def _is_grouped(item: str) -> bool:
 
 
 def _plain(cell: str) -> str:
-    """Return a cell; if all of its items, separated by blanks, are numbers, points replace their commas."""
+    """Return a cell; if it consists of numbers separated by blanks, points replace their commas."""
     items: Sequence[str] = cell.split()
     return cell.replace(",", ".") if all(COMMA.fullmatch(i) or re.fullmatch(r"[+-]?\d+", i) for i in items) else cell

@@ -1,4 +1,4 @@
-"""Packs: packages that contain the data of a machine or a source, and are found by their entry points.
+"""Packs: packages with the data of a machine or from a publication, which are found by their entry points.
 
 A distribution that declares
 
@@ -36,9 +36,10 @@ ENDLESS = "it is not a regular file"  # a pipe or a device
 
 
 def endless_distributions() -> dict[str, str]:
-    """Return the installed distributions whose `entry_points.txt` is a pipe or a device, each with the reason.
+    """Return the installed distributions whose `entry_points.txt` is not a regular file, each with a text that says so.
 
-    Reading such a file may never end, and libraries read the files of all distributions when they are imported.
+    Reading a pipe or a device may never end, and some libraries read the files of all distributions when they are
+    imported.
     """
     endless = (each for each in distributions() if _is_endless(each, "entry_points.txt"))
     return dict.fromkeys(map(_name_of, endless), ENDLESS)
@@ -105,8 +106,8 @@ def _readable() -> Iterator[Iterable[EntryPoint]]:
 def packs() -> dict[str, Path]:
     """Return the folders of the installed packs, by name; a pack without a package is skipped with a warning.
 
-    If several packs have the same name, the package name is appended to the names of all but the first. A package with
-    two names is one pack.
+    If several packs have the same name, the package name is appended to the names of all but the first. A package that
+    is declared under two names is one pack.
     """
     points: dict[Path, EntryPoint] = {}
     for point, folder in _folders(GROUP):
@@ -127,8 +128,8 @@ class PackFiles(Mapping[str, Path]):
     """TOML files in folders of packs, by their names without the suffix and in the order of the packs.
 
     A name that occurs in two packs is not listed, and using it raises ValueError. However, if a `general` package has a
-    file with this name, the name refers to that file. Looking up one file lists no folder, because some folders contain
-    thousands of files.
+    file with this name, the name refers to that file. To look up a file, no folder is listed, because some folders
+    contain thousands of files.
 
     Parameters
     ----------
@@ -161,9 +162,9 @@ class PackFiles(Mapping[str, Path]):
         return sum(1 for _ in self)
 
     def in_pack_of(self, user: Path, name: str) -> Path | None:
-        """Return the file for a name that several packs use, from the pack that contains the file `user`, if any.
+        """Return the file of a name that several packs use from the pack of the file `user`, or None if it has none.
 
-        If a file of a pack uses such a name, it refers to the file of the same pack, whatever names other packs use.
+        In a file of a pack, such a name refers to the file of the same pack, whatever names other packs use.
         """
         owners = self._having(name)
         folders = (self._folders[owner] for owner in owners if self._folders[owner].parent == user.parent.parent)
@@ -249,7 +250,7 @@ def _quoted(text: str) -> str:
 
 
 def _folders(group: str) -> Iterator[tuple[EntryPoint, Path]]:
-    """Yield the entry points of a group, each with the folder of its package; points without a package are skipped.
+    """Yield the entry points of a group, each with its package's folder; skip entry points without a package.
 
     One warning per distribution reports all skipped entry points and names the first of them.
     """

@@ -1,4 +1,4 @@
-"""Checks that speeds and frequencies in files, except 0, have units: a number may be meant in rpm, Hz or rad/s.
+"""Checks that speeds and frequencies in files, except 0, have units; without one, rpm, Hz or rad/s could be meant.
 
 In Python, a number without a unit is in rad/s.
 """

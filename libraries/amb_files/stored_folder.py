@@ -44,7 +44,7 @@ def is_undamaged(folder: Path) -> bool:
 
 
 def _digest(folder: Path) -> str:
-    """Return the digest of the names and contents of a folder's files, except the file with the digest."""
+    """Return the digest of the names and contents of a folder's files, except the file that contains the digest."""
     sha = hashlib.sha256()
     for file in sorted(folder.iterdir()):
         if file.name != DIGEST:

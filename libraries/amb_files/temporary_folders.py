@@ -1,4 +1,4 @@
-"""Temporary folders that their process removes when it ends; if it is killed, a later process removes them."""
+"""Temporary folders, which are removed by their process when it ends or, if it is killed, by a later process."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _create_locked(folder: Path) -> int | None:
 
 
 def _name(token: str) -> str:
-    """Return the name of a folder, which ends with a digest of its beginning to distinguish it from other folders."""
+    """Return a folder name that ends with a digest of its beginning, by which the folder is recognised later."""
     return f"{PREFIX}{token}-{hashlib.sha256(f'{PREFIX}{token}'.encode()).hexdigest()[:16]}"
 
 

@@ -18,7 +18,7 @@ An invalid file raises a ValueError such as
     rotor file pump.toml: bodies[0].mass (impeller) = -1.0 kg is not allowed; it must be > 0 kg
     rotor file pump.toml: unknown key bodies[1].mas (seal); did you mean mass?
 
-Indices in brackets count from 0; the name in parentheses is that of the table in the list, if it has one.
+Indices in brackets count from 0. The text in parentheses is the `name` of the table at this index, if it has one.
 """
 
 from __future__ import annotations
@@ -177,8 +177,8 @@ def validate(data: object, form: type[T], name: str) -> T:
 def table(form: type[T]) -> type[T]:
     """Declare the form of a TOML table as a frozen dataclass that checks its fields.
 
-    Unknown keys, NaN and infinity are not allowed. Invalid instances that are made in Python raise the same ValueError
-    as invalid files.
+    Unknown keys, NaN and infinity are not allowed. Making an invalid instance in Python raises the same ValueError as
+    reading an invalid file.
     """
     checked: Any = pydantic_dataclass(config=STRICT, frozen=True)(form)
     checked.__init__ = _raising_sentences(checked.__init__, checked)

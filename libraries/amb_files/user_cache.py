@@ -23,9 +23,9 @@ _exit_stack = ExitStack()
 def user_cache() -> Path:
     """Return the user's cache folder; create it if it is missing.
 
-    The folder contains machine code that will be loaded. Therefore, a temporary folder of this process is used instead
-    if another user owns the cache folder or can write to it; this is logged once. The temporary folder is also used if
-    the cache folder is not writable.
+    The folder contains machine code that will be loaded. Therefore, if another user owns the cache folder or can write
+    to it, a temporary folder of this process is used instead, and the reason is logged once. The temporary folder is
+    also used if the cache folder is not writable.
     """
     folder = platformdirs.user_cache_path("amb-cosim", appauthor=False)
     try:

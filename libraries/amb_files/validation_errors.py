@@ -57,7 +57,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Allowed:
-    """Allowed values in words, in an `Annotated` type; messages show it instead of pydantic's text."""
+    """Allowed values in words, in an `Annotated` type; messages show these words instead of pydantic's text."""
 
     text: str
 
@@ -228,7 +228,7 @@ def _at(data: Any, keys: Location) -> Any:
 
 
 def _declared(form: Any, location: Location) -> list[_Declared]:
-    """Return the declarations of a location; a union has several."""
+    """Return the declarations of a location: one, or several if its type is a union."""
     here = list(_unwrapped(_Declared(form)))
     for part in location:
         tagged = [d for d in here if _is_tagged(d, part)]

@@ -96,7 +96,7 @@ class BallBearing:
         pressure = self.pressure(float(np.max(self.ball_loads(np.zeros(3)))))
         what, value = ("preload", f"{self.preload:g} N") if self.preload else ("clearance", f"{self.clearance:g} m")
         allowed = (
-            f"smaller: at rest it loads the balls to {pressure / 1e6:.0f} MPa, and a pressure of 4200 MPa leaves marks"
+            f"smaller: with it, the pressure at rest is {pressure / 1e6:.0f} MPa, and 4200 MPa leaves permanent marks"
         )
         require(pressure < PRESSURE_LIMIT, what, value, allowed)
 

@@ -45,8 +45,8 @@ _running: dict[str, str] = {}
 def choose_code(script: dict[str, Any]) -> None:
     """Make the packages of an FMU importable; its script calls this first, with its `globals()`.
 
-    Packages that are already loaded remain loaded. Whether the FMU was built from them is checked later, by
-    `refuse_other_code`, because pythonfmu drops the text of an error that is raised here.
+    Packages that are already loaded remain loaded. `refuse_other_code` checks later whether the FMU was built from
+    them, because pythonfmu drops the text of an error that is raised here.
     """
     _script_globals.append(script)
     # pythonfmu puts the resources first; `__file__` would name the folder of the first FMU of this kind.
@@ -76,8 +76,8 @@ def refuse_other_code(built: dict[str, Any]) -> None:
     for name, expected in built["packages"].items():
         if _running.get(name) != expected:
             raise ImportError(
-                f"this process already runs another version of {name} (from {find(name)}) than the one "
-                f"{built['model']}.fmu was built from; rebuild the FMU or run it in its own process"
+                f"this process already runs another version of {name} (from {find(name)}), not the one from which "
+                f"{built['model']}.fmu was built; rebuild the FMU or run it in its own process"
             )
 
 

@@ -91,18 +91,20 @@ class Interface:
         return bool(is_repeated) and not any(v.field.startswith(f"{array}[") for v in self.variables)
 
     def with_all_parts(self) -> Interface:
-        """Check that this interface contains at least one part of each possible kind, and return it.
+        """Return this interface after checking that it contains at least one part of each possible kind.
 
         Raises
         ------
         ValueError
-            If an output initially depends on parts that the interface lacks. As this interface has all kinds of parts,
-            no other interface of the model would have them either.
+            If an output initially depends on parts that the interface lacks. This interface should contain every kind
+            of part, so such parts would be missing in every other interface of the model, too.
         """
         for v in self.of("output"):
             missing = [name for name in _declared_dependencies(v) or () if self._lacks(name)]
             if missing:
-                raise ValueError(f"{v.name} initially depends on {', '.join(missing)} of parts that do not exist")
+                raise ValueError(
+                    f"{v.name} initially depends on {', '.join(missing)}, which belong to parts that do not exist"
+                )
         return self
 
     @cached_property

@@ -73,10 +73,10 @@ def _compiled(function: F, **options: bool) -> F:
 def views(function: F) -> F:
     """Let kernels call `function`, which returns views into its arguments; calls from Python run it as plain Python.
 
-    The decorator also suits formulas that Python code needs. The function is inlined into the machine code of its
-    callers. Numba's own inlining is not used, because it would infer the types at every call, which takes two fifths of
-    the time to compile the plant. In contrast, a kernel cannot return a view to Python, because it does not own the
-    memory.
+    The decorator also suits formulas that both kernels and Python code evaluate. The function is inlined into the
+    machine code of its callers. Numba's own inlining is not used, because it infers the types at every call; for the
+    plant, this takes two fifths of the compile time. In contrast, a kernel cannot return a view to Python, because it
+    does not own the memory.
     """
     return numba.extending.register_jitable(forceinline=True, **KERNEL_OPTIONS)(function) if COMPILED else function
 
@@ -86,8 +86,8 @@ def _cache_of(package: str) -> Iterator[None]:
     """Make numba cache its code in a folder whose name depends on all the code that a kernel may call.
 
     numba detects changes in the file of a function, but not in other files whose functions it calls. Without such a
-    folder, it would continue to run old machine code after an upgrade. A package whose kernels call packages other than
-    `fmi_export` lists them in `PACKAGES`.
+    folder, numba would continue to run old machine code after an upgrade. A package whose kernels call packages other
+    than `fmi_export` lists them in `PACKAGES`.
     """
     config: Any = numba.config
     before = config.CACHE_DIR

@@ -35,7 +35,7 @@ FAULT_NOT_FINITE = 100_000  # plus the value reference of the output that left i
 
 @dataclass(frozen=True)
 class Model:
-    """The parts of an FMU.
+    """The definition of an FMU: its variables, kernels, array sizes, texts of faults, and packages.
 
     Parameters
     ----------
@@ -124,13 +124,13 @@ class Wiring:
     Parameters
     ----------
     sources
-        Position of the source for each input of the parts, part by part. Positions count the inputs of the assembly,
-        then its outputs, which are the outputs of the parts in order, without fault codes.
+        Position of the source for each input of the parts, part by part. The inputs of the assembly are counted first,
+        then its outputs: the outputs of all parts in order, without fault codes.
     ramps
         Pairs of positions: an input of the assembly, and the input with its slope over a step.
     gathered
-        Outputs that describe a whole step, each with an index in `GATHERED`. This selects the rule that combines the
-        values if the step is divided.
+        Outputs that describe a whole step, each with an index in `GATHERED`. The index selects the rule that combines
+        the values if the step is divided.
     sample_time
         Time between the instants that divide steps (s), or the name of the parameter that contains it.
     jacobi
@@ -169,7 +169,7 @@ def first_outside(values: Array, minimum: Array, maximum: Array, stop: int) -> i
 
 
 class Fault(ValueError):
-    """Raised when a model stops; `code` is its `fault_code`."""
+    """Raised when a model stops because of a fault; `code` is the model's `fault_code`."""
 
     def __init__(self, code: int, message: str) -> None:
         super().__init__(message)

@@ -10,8 +10,8 @@ because they call the run-time system. Without the second option, compiling take
 
 **The cache on disk** (`keep_cache_sound`, `compile_once`; `compile` and `_cache` of a dispatcher, its `_cache_file`). A
 truncated file in numba's cache, such as one left by a full disk, causes a traceback at every start. Processes that
-start together all compile the same code, which takes each of them a minute. These functions prevent both. Without them,
-kernels are still correct.
+start together all compile the same code, which takes each of them a minute. These functions prevent both problems.
+Without them, kernels are still correct.
 
 **Code for arrays at positions known only in a kernel** (`lower_array_functions`, of `numba.core` and
 `numba.np.arrayobj`). Slices, `view` and `reshape` do the same, but with divisions and branches. Without this feature, a
@@ -30,7 +30,7 @@ same.
 **Preserved stores** (`keep_stores`, `find_potential_aliases` of `numba.core.ir_utils`). After inlining, numba removes
 writes to arrays that it considers local. These include every array in a tuple that an inlined function made; for
 example, `state_of(work).z[i] = 1.0` had no effect (numba issue 10041). Without `keep_stores`, kernels can be wrong,
-which `tests/fmi_export` detects. Remove it when numba has fixed the issue.
+which `tests/fmi_export` detects. Remove `keep_stores` when numba has fixed the issue.
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ _NOWHERE = ctypes.create_string_buffer(8)  # the address of machine code that do
 
 
 def compile_nothing() -> None:
-    """Make each of numba's libraries contain only its function; the text of a library includes all that it calls.
+    """Make each of numba's libraries contain only its own function; the LLVM text includes all that the function calls.
 
     Use this only in a process that lowers kernels but does not run any.
     """

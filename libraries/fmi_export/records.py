@@ -43,9 +43,9 @@ def record_of(places: Iterable[str]) -> np.dtype[np.record]:
     dtype = _dtype(paths)
     for position, path in enumerate(paths):
         if _offset(dtype, path) != 8 * position:
-            raise ValueError(f"{_text(path)} must be next to the numbers that it belongs to")
+            raise ValueError(f"{_text(path)} must be next to the other numbers of its record or array")
     if dtype.itemsize != 8 * len(paths):
-        raise ValueError(f"{len(paths)} numbers do not fill their record; one of them has no place of its own")
+        raise ValueError(f"{len(paths)} numbers do not fill their record; an element of an array has no number")
     return dtype
 
 

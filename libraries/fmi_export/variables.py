@@ -68,9 +68,9 @@ class Variable:
 
     `initially_depends_on` of an output lists the parameters and inputs on which its value depends at initialisation,
     for the InitialUnknowns of FMI. An entry is the name of a variable, or a name such as `sites[*].clearance` for the
-    variables of all `repeated` parts. If it is None, the output may depend on all parameters and inputs.
-    `initially_equals` names the parameter or input whose value the output takes at initialisation. Both describe a
-    successful initialisation.
+    variables of all `repeated` parts. If `initially_depends_on` is None, the output may depend on all parameters and
+    inputs. `initially_equals` names the parameter or input whose value the output takes at initialisation. Both options
+    describe a successful initialisation.
 
     `display_unit` of a Real overrides the usual display unit for its unit (`building.units.DISPLAYED`). `enumeration`
     names the values of an Integer; see `enumerated`.
@@ -177,10 +177,10 @@ FAULT = output(
 
 
 def at_place(pattern: str, place: str) -> tuple[Callable[..., Variable], ...]:
-    """Return variants of `parameter`, `input_` and `output` for variables of one place, such as an axis of a bearing.
+    """Return variants of `parameter`, `input_` and `output` for variables of one component, such as a bearing axis.
 
     The names of the variables are the declared names, inserted into a `pattern` such as `left.{}_x`. By default,
-    `field` is the declared name. In a description, `{}` stands for the place.
+    `field` is the declared name. In a description, `{}` is replaced by `place`.
     """
 
     def of_place(declare: Callable[..., Variable]) -> Callable[..., Variable]:

@@ -47,15 +47,15 @@ def analysis_model(
 
     Each reduction retains a number of free modes, the residual shapes of bearings and seals, and the shapes that
     gyroscopic moments add at the highest speed (`spinning_shapes`). The number of free modes starts at half of `count`,
-    because each of them provides two vibrations. If no reduction is accurate, or a node has no inertia, the full model
-    is returned.
+    because each of them vibrates in two planes and so provides two modes. If no reduction is accurate, or a node has no
+    inertia, the full model is returned.
 
     Parameters
     ----------
     rotor
         Description of the rotor, including the stiffness and damping of its bearings.
     mass
-        `consistent` or `diagonal`; by default the rotor's.
+        `consistent` or `diagonal`; by default as the rotor specifies.
     speeds
         Spin speeds (rad/s) of the analysis, shape (n,).
     count
@@ -90,7 +90,7 @@ def analysis_model(
 def _space(
     rotor: FreeRotor, full: Matrices, count: int, nodes: tuple[int, ...], speed: float, accuracy: float
 ) -> ShapeSpace:
-    """Return the space of the first elastic modes, all residual shapes of forces at nodes, and spinning shapes."""
+    """Return the space that first elastic modes, all residual shapes of forces at nodes, and spinning shapes span."""
     space = space_with_residuals(rotor, count, nodes)
     if not speed:
         return space

@@ -98,11 +98,11 @@ class Matrices:
         Raises
         ------
         ValueError
-            If the node has no translations here.
+            If the model has no translations at this node.
         """
         if node not in self.translations:
             raise ValueError(
-                f"node {node} has no translations here; the nodes with translations are {sorted(self.translations)}"
+                f"the model has no translations of node {node}; it has those of nodes {sorted(self.translations)}"
             )
         at = np.ix_(self.translations[node], self.translations[node])
         M, K, C = self.M.copy(), self.K.copy(), self.C.copy()
@@ -114,7 +114,9 @@ class Matrices:
     def slopes_at(self, node: int) -> tuple[Array, Array]:
         """Return the maps from the coordinates to x' and y' of a node, and from moments at it to the coordinates."""
         if node not in self.translations and self.slopes is None:
-            raise ValueError(f"node {node} has no slopes here; the nodes with slopes are {sorted(self.translations)}")
+            raise ValueError(
+                f"the model has no slopes of node {node}; it has those of nodes {sorted(self.translations)}"
+            )
         if self.slopes is None:
             selection = np.eye(self.size)[[row + 2 for row in self.translations[node]]]
             return selection, selection.T
@@ -122,7 +124,7 @@ class Matrices:
         return self.slopes[0][rows], self.slopes[1][:, rows]
 
     def with_moments(self, tilting: Bearing) -> Matrices:
-        """Add the moments of `Bearing.tilting` at its node: left K_t right and left C_t right, with slope maps."""
+        """Add the moments of `Bearing.tilting` at its node: left K_t right, left C_t right (maps of `slopes_at`)."""
         right, left = self.slopes_at(tilting.node)
         if tilting.at_speed:
             return replace(self, over_speed=(*self.over_speed, AttachedBearing(tilting, right, left)))
@@ -169,10 +171,10 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     Parameters
     ----------
     rotor
-        Its description.
+        Description of the rotor.
     mass
         `consistent` (from the static deflection) or `diagonal` (half of each element at each of its end nodes); by
-        default the rotor's.
+        default as the rotor specifies.
 
     Returns
     -------

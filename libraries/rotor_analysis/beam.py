@@ -1,8 +1,8 @@
 """One-plane matrices of a Timoshenko or Rayleigh beam element, which is uniform or conical (`tapered`).
 
-In a single plane, an element of length L has the degrees of freedom (w_1, beta_1, w_2, beta_2), where beta is the
-rotation of the section (the slope dw/dz minus the shear angle). Both planes of an axisymmetric rotor then have the same
-matrices, and r = x + i y obeys
+In a single plane, an element of length L has the degrees of freedom (w_1, beta_1, w_2, beta_2). Here beta is the
+rotation of the section, which is the slope dw/dz minus the shear angle. Both planes of an axisymmetric rotor then have
+the same matrices, and r = x + i y obeys
 
     M r'' - i Omega G_1 r' + K r = f
 """
@@ -46,7 +46,7 @@ def stiffness(element: Element) -> Array:
 
 
 def consistent_translational_mass(element: Element) -> Array:
-    """Return the translational mass matrix based on the element's static deflection, shape (4, 4), kg to kg m^2.
+    """Return the translational mass matrix based on the element's static deflection, shape (4, 4), in kg, kg m, kg m^2.
 
     The shape functions are Hermite cubics for Phi = 0 (Nelson and McVaugh 1976); with shear, they are those of Nelson
     1980.

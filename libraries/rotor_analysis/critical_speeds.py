@@ -22,7 +22,7 @@ from rotor_analysis.assembly import Matrices
 
 
 def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) -> tuple[Array, Array]:
-    """Return the lowest undamped critical speeds by (1).
+    """Return the lowest undamped critical speeds and their mode shapes, computed by (1).
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
 
 
 def _signs(shape: Array) -> Array:
-    """Return the signs of a shape; a zero gets the sign of the last nonzero value before it, or else after it."""
+    """Return the signs of a shape; a zero has the sign of the last nonzero value before it, or of the next one."""
     signs = np.sign(shape)
     nonzero = np.flatnonzero(signs)
     last = np.maximum(np.searchsorted(nonzero, np.arange(len(signs)), side="right") - 1, 0)

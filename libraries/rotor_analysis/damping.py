@@ -44,7 +44,7 @@ class Damping:
     control loop replace it by viscous damping with the same loss in the elastic modes of the free rotor at rest.
     """
     rotating: Share = 1.0
-    """Share of all damping except `mass` that rotates with the shaft."""
+    """Share of the damping, without `mass`, that rotates with the shaft."""
 
     def ratios(self, count: int) -> Array:
         """Return the damping ratios `modal` of the first `count` elastic modes, shape (count,)."""

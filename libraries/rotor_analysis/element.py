@@ -109,5 +109,5 @@ class Element:
 
 
 def between(ends: tuple[float, float], s: float) -> float:
-    """Return the linear interpolation at s between two `ends`, exact at both."""
+    """Return the linear interpolation between two `ends` at s; it is exact at both ends."""
     return ends[0] if ends[0] == ends[1] else (1.0 - s) * ends[0] + s * ends[1]

@@ -47,7 +47,7 @@ class Forces:
 
 @dataclass(frozen=True, eq=False)
 class HarmonicModel:
-    """A reduced rotor for (1).
+    """A reduced rotor, with its matrices of (1).
 
     model
         The rotor on its bearings, without the bearings whose forces F contains.
@@ -57,7 +57,7 @@ class HarmonicModel:
         (`harmonic_points`). If the rotor has a thrust disc, its motion along the shaft is the last row and also the
         last coordinate.
     axial_mass
-        Mass (kg) of a rotor with a thrust disc; 0 if there is none.
+        Mass (kg) of a rotor with a thrust disc; 0 for a rotor without one.
     """
 
     model: Matrices
@@ -114,7 +114,9 @@ class HarmonicModel:
                 stiffness, np.broadcast_to(self.left @ inputs, (len(omegas), len(self.left), inputs.shape[-1]))
             )
         except np.linalg.LinAlgError as error:
-            raise ValueError("a frequency equals that of an undamped mode, so the response is unbounded") from error
+            raise ValueError(
+                "the response is unbounded: one frequency is the natural frequency of an undamped mode"
+            ) from error
         return np.asarray((outputs @ self.right) @ motion)
 
 
@@ -126,7 +128,7 @@ def harmonic_model(rotor: Rotor, nodes: Iterable[int], highest: float, bearings:
     rotor
         Description of the rotor; its bearings and seals are ignored.
     nodes
-        Nodes where forces act, including those of magnetic bearings.
+        Nodes where forces act, including the nodes of magnetic bearings.
     highest
         Frequency (rad/s) up to which the response is accurate.
     bearings

@@ -1,9 +1,9 @@
 """Hysteretic damping of the shaft: a force that depends on loss factor and strain, not on the bending frequency.
 
-The share r of the loss factor eta that rotates with the shaft opposes strain in the frame of the shaft. A forward or
-backward whirl of frequency omega in the fixed frame bends the fibres of the shaft at the frequency omega - Omega or
--omega - Omega, respectively. In a harmonic motion q = Re[Q exp(i omega t)] the force of the shaft's damping is -D Q
-with
+The share r of the loss factor eta belongs to damping that rotates with the shaft and opposes strain in its frame. A
+forward or backward whirl of frequency omega in the fixed frame bends the fibres of the shaft at the frequency omega -
+Omega or -omega - Omega, respectively. In a harmonic motion q = Re[Q exp(i omega t)] the force of the shaft's damping is
+-D Q with
 
     D = i eta (1 - r) sgn(omega) K + i eta r K (sgn(omega - Omega) P_f + sgn(omega + Omega) P_b)           (1)
     P_f = (1 - i J)/2,   P_b = (1 + i J)/2

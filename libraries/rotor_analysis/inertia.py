@@ -16,7 +16,7 @@ DEPENDENT = 1e-13  # least eigenvalue of a mass matrix with diagonal 1: rounding
 
 
 def lacks_inertia(M: Array, K: Array) -> bool:
-    """Return whether a model with mass M and stiffness K has, within rounding, a motion without inertia."""
+    """Return whether a model with mass M and stiffness K has a motion without inertia, within rounding error."""
     mu = np.diag(M) / np.diag(K)
     if np.min(mu, initial=np.inf) <= MASSLESS * np.max(mu, initial=0.0):
         return True

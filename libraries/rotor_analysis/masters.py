@@ -14,7 +14,10 @@ SLOW = 0.1  # rad/s; slower modes are those of a rotor that hardly bends, on bea
 
 
 def needed_masters(rotor: Rotor) -> tuple[int, ...]:
-    """Return the nodes of discs, bearings, seals, sites and sensors, ascending; if there is only one, add the ends."""
+    """Return the nodes of discs, bearings, seals, sites and sensors, ascending.
+
+    If there are fewer than two nodes, the end nodes are added.
+    """
     nodes = {*rotor.disc_nodes, *rotor.bearing_nodes, *rotor.seal_nodes, *rotor.site_nodes, *rotor.sensor_nodes}
     ends = {1, len(rotor.shaft.nodes)} if len(nodes) < 2 else set()
     return tuple(sorted(nodes | ends))
@@ -30,7 +33,7 @@ def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: flo
     full
         The finite-element model of the free rotor.
     rotor
-        Its description.
+        Description of the rotor.
     modes
         Number of modes that must be accurate.
     accuracy
@@ -50,7 +53,7 @@ def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: flo
         if np.max(error) <= accuracy:
             return reduction
         if not others:
-            what = f"with all planes, the error is {np.max(error):.1e}; allow this error, or use free_modes"
+            what = f"with all planes retained, the error is {np.max(error):.1e}; allow this error, or use free_modes"
             raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached: {what}")
         shape = shapes[:, np.argmax(error)]
         x = reduction.right[::2, ::2]

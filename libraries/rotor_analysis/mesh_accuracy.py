@@ -1,4 +1,4 @@
-"""Refinement of a mesh for the first modes: elements are divided where this changes a natural frequency."""
+"""Refinement of a mesh for the first modes: elements are divided where their division changes a natural frequency."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ LARGE = 0.25  # elements with this share of the largest contribution are divided
 def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
     """Return `rotor` on a mesh whose halving changes no natural frequency by more than `accuracy`.
 
-    The change is computed for each element to first order from the mode shape phi, with phi^T M phi = 1, and the
-    dynamic stiffness D = K - omega^2 M of the element. D_halves is the dynamic stiffness of its two halves with the
-    middle node condensed:
+    The change is computed for each element to first order. It follows from the mode shape phi, with phi^T M phi = 1,
+    and the dynamic stiffness D = K - omega^2 M of the element. D_halves is the dynamic stiffness of its two halves with
+    the middle node condensed:
 
         delta omega / omega = phi^T (D_halves - D) phi / (2 omega^2)
 
@@ -39,7 +39,7 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
     Parameters
     ----------
     rotor
-        Its description; parts and masters keep their positions on the shaft.
+        Description of the rotor; parts and masters keep their positions on the shaft.
     modes
         Number of modes, the first ones of the undamped rotor at rest (`undamped_modes`).
     accuracy

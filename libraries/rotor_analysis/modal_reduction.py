@@ -142,7 +142,10 @@ def _spaces(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> Iterator[Sh
 
 
 def _independence(space: ShapeSpace, places: tuple[int, ...]) -> float:
-    """Return the ratio of smallest to largest singular value of Phi_p, its rows scaled to 1; 0 for too many rows."""
+    """Return the ratio of the smallest to the largest singular value of Phi_p with its rows scaled to norm 1.
+
+    The ratio is 0 if Phi_p has more rows than columns.
+    """
     at = space.shapes[space.rotor.rows(places)]
     if len(at) > at.shape[1]:
         return 0.0
@@ -169,7 +172,9 @@ def reduce_to_shapes(full: Matrices, space: ShapeSpace, places: tuple[int, ...])
     """
     if _independence(space, places) < LEAST_INDEPENDENCE:
         what = f"the {len(space.frequencies)} shapes in a plane of motion cannot distinguish them"
-        raise ValueError(f"places at nodes {list(places)} are not allowed; {what}: retain more modes, or merge them")
+        raise ValueError(
+            f"places at nodes {list(places)} are not allowed; {what}: retain more modes, or merge the places"
+        )
     phi, squares = space.shapes, space.frequencies**2
     at = phi[space.rotor.rows(places)]
     to_places = np.linalg.pinv(at)

@@ -1,4 +1,4 @@
-"""Kinds of mode shapes, which follow from the share of rigid-body motion and the crossings of the axis."""
+"""Kinds of mode shapes, which depend on the share of rigid-body motion and on how often the shaft crosses the axis."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ REACHED = 0.05  # least reach of a mode that is controlled
 
 @dataclass(frozen=True)
 class BearingReach:
-    """A bearing, the sensor plane nearest to it, and a mode shape's values at both, relative to its largest value."""
+    """A bearing, its nearest sensor plane, and a mode shape's values at both, relative to the shape's largest value."""
 
     bearing: str
     sensor: str
@@ -72,8 +72,8 @@ class ModeReach:
     def deciding(self) -> BearingReach:
         """The bearing that drives the mode most, if any does; otherwise the bearing with the largest reach.
 
-        A bearing with a reach below -`REACHED` drives the mode, because damping it would require a law with the
-        opposite phase.
+        A bearing with a reach below -`REACHED` drives the mode; to damp this mode, its law would need the opposite
+        phase.
         """
         worst = min(self.bearings, key=lambda bearing: bearing.value)
         return worst if worst.value < -REACHED else max(self.bearings, key=lambda bearing: bearing.value)

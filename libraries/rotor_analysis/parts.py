@@ -71,7 +71,7 @@ def seat(point: Point) -> int:
 
 
 class _Placed:
-    """A part at `node`, or at `z` until its rotor assigns the node there."""
+    """A part on the shaft, at `node`; a part that is placed by `z` gets the node at `z` from its rotor."""
 
     node: int
     z: float | None
@@ -83,7 +83,7 @@ class _Placed:
 
 @table
 class Body(_Placed):
-    """A rigid body on the shaft. A plane that only carries unbalance has mass 0."""
+    """A rigid body on the shaft. A body that only marks a plane of unbalance has mass 0."""
 
     name: Name
     """Name with which the part's variables in the plant begin."""
@@ -176,8 +176,8 @@ class Bearing(_Placed):
 
     f = -(K q + C q' + M q''),   q = (x, y) of the shaft there, f the force on it                  (1)
 
-    K = [[k, Q], [-Q, k]] with Q > 0 drives forward whirl, because on a forward circle q = (cos, sin) the cross-coupled
-    part of the force is f = Q (-sin, cos), along the velocity.
+    K = [[k, Q], [-Q, k]] with Q > 0 drives forward whirl. On a forward circle q = (cos, sin), the cross-coupled part of
+    the force is f = Q (-sin, cos), which has the direction of the velocity.
 
     In the same way, moments resist the slopes (x', y') of the shaft at the bearing, which are positive if x or y
     increases along z:
@@ -198,7 +198,8 @@ class Bearing(_Placed):
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft gets a node there."""
     at_speed: tuple[AtSpeed, ...] = ()
-    """Coefficients at ascending spin speeds, instead of those above; interpolated monotonically, constant outside."""
+    """Coefficients at ascending spin speeds, instead of those above; interpolated monotonically, constant outside the
+    range."""
     mass: Annotated[TensorOrNumber, Unit("kg")] = NO_TENSOR
     """2 x 2 mass that moves with the shaft (of a fluid), or a number (kg)."""
     whirl_frequency: Annotated[Speed, Ge(0.0)] | None = None
@@ -233,7 +234,7 @@ class Bearing(_Placed):
 
     @property
     def tilting(self) -> Bearing | None:
-        """Moments (2), as a bearing whose forces (1) act on slopes instead of displacements; None without moments."""
+        """The moments (2), as a bearing whose law (1) relates moments to slopes; None for a bearing without moments."""
         tensors = [self.tilt_stiffness, self.tilt_damping]
         tensors += [tensor for row in self.at_speed for tensor in (row.tilt_stiffness, row.tilt_damping)]
         if all(tensor == NO_TENSOR for tensor in tensors):
@@ -242,7 +243,7 @@ class Bearing(_Placed):
         return Bearing(self.name, self.node, self.tilt_stiffness, self.tilt_damping, self.z, rows)
 
     def interpolant(self) -> PchipInterpolator:
-        """Return the interpolant of the table: K, C and M, shape (3, 2, 2), over the spin speed (rad/s).
+        """Return the interpolant of the table: K, C and M, shape (3, 2, 2), as a function of the spin speed (rad/s).
 
         It is piecewise cubic and monotone between neighbouring speeds, so that positive damping stays positive (F. N.
         Fritsch, J. Butland, SIAM J. Sci. Stat. Comput. 5, 1984).
@@ -273,7 +274,7 @@ class Site(_Placed):
     bearing: Name | None = None
     """Bearing to which this retainer belongs."""
     stator: Name | None = None
-    """Bearing whose stator bore this site is, where the rotor touches the iron of the magnets."""
+    """Bearing whose stator bore this site represents, where the rotor touches the iron of the magnets."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft gets a node there."""
 
@@ -301,7 +302,7 @@ class Sensor(_Placed):
 
 @table
 class ThrustDisc:
-    """The disc of an axial magnetic bearing; a rotor that has one can move along its shaft in co-simulation."""
+    """The disc of an axial magnetic bearing; a rotor with such a disc can move along its shaft in co-simulation."""
 
     z: Position
     """Position along the shaft."""

@@ -1,4 +1,4 @@
-"""Peaks of a response over the spin speed, their amplification and their distance from the operating speeds."""
+"""Peaks of a response as a function of spin speed, their amplification and distance from the operating speeds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Peak:
         AF = Omega/(Omega_2 - Omega_1), where Omega_1 and Omega_2 are the speeds at which the amplitude is 1/sqrt(2) of
         the peak.
     from_single_side
-        Whether only one of these speeds exists, so that the width is twice its distance from the peak.
+        Whether only one of these speeds exists; the width is then twice the distance of this speed from the peak.
     """
 
     Omega: float
@@ -39,7 +39,8 @@ def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
     """Return the peaks of a response, each with its amplification according to the half-power width.
 
     A maximum is a peak only if, on at least one side, the amplitude falls to 1/sqrt(2) of it before rising above it.
-    Between samples, the inverse square of the amplitude is interpolated, because near a resonance it is a parabola.
+    Between samples, the inverse square of the amplitude is interpolated, because this inverse is a parabola near a
+    resonance.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
 
 
 def highest_peaks(speeds: Array, curves: Mapping[str, Array]) -> list[tuple[str, Peak]]:
-    """Return the peaks of the amplitudes at several locations by speed, with the location where each is highest.
+    """Return the peaks of the amplitudes at several locations, by speed, each with the location where it is highest.
 
     Peaks at two locations count as the same critical speed if their speeds differ by at most half of the half-power
     width.

@@ -1,4 +1,4 @@
-"""Synchronous receptance of the levitated rotor, from which H of the controller is computed."""
+"""Synchronous receptance of the levitated rotor, from which the matrix H of the controller is computed."""
 
 from __future__ import annotations
 

@@ -48,8 +48,8 @@ def receptance_error(rotor: Rotor) -> ReceptanceError | None:
 
     i and j are the planes of bearings and sites (`force_nodes`); the rotor is free and undamped. The limit applies to
     the rotor at rest. Gyroscopic moments couple retained and omitted shapes, so the error grows with the spin speed,
-    although S_i remains the value at rest. The result is None if a node has no inertia, because such a rotor has no
-    plant.
+    while S_i keeps its value at rest. The result is None if a node has no inertia, because such a rotor cannot be used
+    in a plant.
     """
     full, nodes, accuracy = assemble(rotor), force_nodes(rotor), rotor.reduction.accuracy
     if lacks_inertia(full.M, full.K):

@@ -77,7 +77,7 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
     Raises
     ------
     ValueError
-        If the masters do not support the rotor, or the accuracy is not reached.
+        If the rotor can still move freely when its masters are fixed, or the accuracy is not reached.
     """
     full, options = assemble(rotor), rotor.reduction
     if options.method == "none":
@@ -106,7 +106,8 @@ def with_modes_up_to(rotor: Rotor, highest: float) -> Rotor:
     """Return the rotor whose plant has all free modes up to a frequency (rad/s), for analyses of its control.
 
     Higher modes act through their residual shapes, all of which are retained (`modal_reduction`). A rotor without
-    reduction, or with a node that has no inertia, is returned unchanged, because its plant contains all elements.
+    reduction is returned unchanged, because its plant contains all elements. A rotor with a node that has no inertia is
+    also returned unchanged, because it cannot be reduced.
     """
     full = assemble(rotor)
     if rotor.reduction.method == "none" or lacks_inertia(full.M, full.K):
@@ -128,8 +129,8 @@ def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
 def whirl_error(rotor: Rotor, count: int = 6) -> WhirlError | None:
     """Return the errors in the plant's whirl frequencies at the speed that the rotor file states.
 
-    The result is None if the file states no speed. It is also None if a node has no inertia, because such a rotor has
-    no plant.
+    The result is None if the file states no speed. It is also None if a node has no inertia, because such a rotor
+    cannot be used in a plant.
     """
     full, speed = assemble(rotor), rotor.reduction.speed
     if not speed or lacks_inertia(full.M, full.K):
@@ -151,7 +152,7 @@ def valid_to(full: Matrices, reduced: Matrices) -> float:
     """Return the frequency (rad/s) up to which a reduction of the free rotor is valid.
 
     The modes are those of the undamped rotor at rest without bearings. The limit is the natural frequency of the
-    highest elastic mode for which this and all lower modes are within 1 % of the full model, or 0 if there is no such
+    highest elastic mode up to which the frequencies of all modes are within 1 % of the full model, or 0 without such a
     mode. The error of the mesh is not included.
 
     Parameters

@@ -9,10 +9,10 @@ parabola predicts a higher maximum than the samples show, or if the samples are 
 sigma tan(psi), which divides the circle of h evenly, and halfway between a maximum and a neighbour that is less than
 half as high.
 
-On any other curve, three samples do not show a peak that is narrower than their spacing, because the outer two may lie
-evenly on its flanks while the middle one is not at its top. A maximum is therefore accepted only if the second
-differences at its neighbours are about as large as at the maximum; otherwise the intervals on both sides of it are
-halved. A maximum at an end is accepted if a sample close to it is lower.
+On any other curve, three samples do not show a peak that is narrower than their spacing. The outer two may lie evenly
+on its flanks while the middle one is not at its top. A maximum is therefore accepted only if the second differences at
+its neighbours are about as large as at the maximum. Otherwise the intervals on both sides of the maximum are halved. A
+maximum at an end is accepted if a sample close to it is lower.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def with_samples(x: Array, more: Iterable[float]) -> Array:
 
 
 def about_resonances(x: Array, resonances: Sequence[tuple[float, float]]) -> Array:
-    """Add samples between the ends of x about resonances, given by position x_0 and half-width sigma."""
+    """Return x with more samples near resonances (position x_0, half-width sigma); all of them are between its ends."""
     limits = [(at, width, -np.inf, np.inf) for at, width in resonances]
     return np.sort(np.concatenate([x, _between(_fans(limits, CIRCLE), x)]))
 
@@ -162,7 +162,7 @@ def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
     Parameters
     ----------
     x, g
-        Ascending positions and their values, the second of which is the smallest, shape (3, ...).
+        Ascending positions and the values there, of which the second is the smallest, shape (3, ...) each.
     """
     before, after = x[0] - x[1], x[2] - x[1]
     rise, fall = (g[0] - g[1]) / before, (g[2] - g[1]) / after
@@ -172,7 +172,7 @@ def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
 
 
 def _between(more: Array, x: Array) -> Array:
-    """Return those values of `more` that lie between the ends of x and are not in x, ascending and unrepeated."""
+    """Return the values of `more` that lie between the ends of x and are not in x, ascending, each of them once."""
     distinct = np.unique(more[(more > x[0]) & (more < x[-1])])
     distinct = distinct[np.diff(distinct, prepend=-np.inf) > SAME * np.abs(distinct)]
     after = np.clip(np.searchsorted(x, distinct), 1, len(x) - 1)

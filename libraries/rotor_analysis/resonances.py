@@ -2,10 +2,10 @@
 
     D(Omega) q = Omega^2 (u, -i u),    D = H + i S with H and S Hermitian                         (1)
 
-At a critical speed, an eigenvalue of H is zero. Inertia and stiffness then cancel in its shape v for any unbalance, so
-only S limits the motion. Eigenvalues of H in ascending order are continuous, so each change of sign between two speeds
-indicates a critical speed, even if several eigenvalues change sign at once. Near it (v* D v) is lambda' (Omega -
-Omega_0) + i v* S v, and the half-width of the peak is
+At a critical speed, an eigenvalue of H is zero. In its eigenvector v, inertia and stiffness then cancel, so only S
+limits the motion, whatever the unbalance. Sorted by value, the eigenvalues of H are continuous functions of Omega, so
+each change of sign between two speeds indicates a critical speed, even if several eigenvalues change sign at once. Near
+a critical speed Omega_0, v* D v is lambda' (Omega - Omega_0) + i v* S v, and the half-width of the peak is
 
     sigma = |v* S v|/|lambda'|                                                                    (2)
 """

@@ -14,7 +14,7 @@ from rotor_analysis.parts import Point, seat
 from rotor_analysis.supported_rotor import SupportedRotor
 
 Stiffness = Callable[[float], Complex]
-"""Dynamic stiffness (N/m) over the spin speed (rad/s)."""
+"""Dynamic stiffness (N/m) as a function of the spin speed (rad/s)."""
 
 
 def dynamic_stiffness(model: Matrices, Omega: float, omega: float | Array | None = None) -> Complex:

@@ -36,9 +36,9 @@ def rigid_body(rotor: Rotor) -> RigidBody:
 
 
 def floating_motions(rotor: Rotor, speeds: Array) -> int:
-    """Return how many of the rotor's four rigid-body motions no stiffness of a bearing or seal resists at any speed.
+    """Return how many of the rotor's four rigid-body motions meet no stiffness of bearings or seals at any speed.
 
-        rank of  sum_b R_b^T K_b R_b + T^T K_t,b T,   R_b = [1, (z_b - z_0)/L],   T = [0, 1/L]
+        4 - max rank of  sum_b R_b^T K_b R_b + T^T K_t,b T,   R_b = [1, (z_b - z_0)/L],   T = [0, 1/L]
 
     Parameters
     ----------

@@ -17,12 +17,12 @@ from rotor_analysis.ross_parts import AXES, SavedBearing, SavedDisk, SavedMass, 
 
 @dataclass
 class SavedRotor:
-    """Content of a file, in order.
+    """The elements in a file, in the order of the file.
 
     others
         Names of tables of other kinds.
     over_both
-        Tags of bearings and seals with coefficients over both speed and frequency.
+        Tags of bearings and seals with coefficients that depend on both speed and frequency.
     """
 
     title: str
@@ -36,7 +36,7 @@ class SavedRotor:
 
 
 def read_saved(path: Path, frequency: float | None = None) -> SavedRotor:
-    """Read the elements of a rotor saved by ROSS as TOML; coefficients over frequency require a `frequency` (rad/s).
+    """Read the elements of a rotor saved by ROSS as TOML; coefficients by frequency require a `frequency` (rad/s).
 
     Raises
     ------
@@ -86,7 +86,7 @@ def read_saved(path: Path, frequency: float | None = None) -> SavedRotor:
 def _unsupported(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[str, str]]:
     """Yield each feature that a rotor file cannot describe, and the tag of its part."""
     for tag in rotor.over_both:
-        yield "coefficients over speed and frequency", tag
+        yield "coefficients that depend on both speed and frequency", tag
     for key in rotor.others:
         yield "an element of another kind", key
     yield from _unsupported_in_shaft(rotor.elements)
@@ -101,11 +101,11 @@ def _unsupported(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[s
         if bearing.n_link is not None:
             yield "a bearing that is supported by another part", bearing.tag
         if bearing.frequency and frequency is None and magnet_of(bearing) is None:
-            yield "coefficients over the whirl frequency, which --frequency freezes at one value", bearing.tag
+            yield "coefficients that depend on the whirl frequency, which --frequency would fix", bearing.tag
         count = len(bearing.speed or bearing.frequency or [0.0])
         settings = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]
         if any(len(values) != count for values in settings if values):
-            yield "coefficients that differ in number from the speeds", bearing.tag
+            yield "coefficients whose number differs from that of the speeds", bearing.tag
 
 
 def _unsupported_in_shaft(elements: list[SavedShaftElement]) -> Iterator[tuple[str, str]]:

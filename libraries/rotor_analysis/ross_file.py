@@ -35,7 +35,7 @@ def read_ross(path: Path, frequency: float | None = None) -> ImportedRotor:
     path
         The file.
     frequency
-        Whirl frequency (rad/s) at which coefficients over frequency are evaluated, because a rotor file contains
+        Whirl frequency (rad/s) at which frequency-dependent coefficients are evaluated, because a rotor file contains
         coefficients only as functions of speed. By default the coefficients of magnetic bearings are evaluated at the
         lowest frequency of their tables.
 

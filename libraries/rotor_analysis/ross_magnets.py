@@ -51,7 +51,7 @@ class SavedMagnet(SavedElement):
 
 
 def magnet_of(bearing: SavedBearing) -> SavedMagnet | None:
-    """Return the magnet of a bearing if its table over the whirl frequency satisfies (1), otherwise None."""
+    """Return the magnet of a bearing if its table of coefficients by whirl frequency satisfies (1), otherwise None."""
     fields: dict[str, Any] = {"tag": bearing.tag, "n": bearing.n} | (bearing.model_extra or {})
     if not bearing.frequency or not set(SavedMagnet.model_fields) <= set(fields):
         return None

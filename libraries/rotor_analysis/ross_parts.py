@@ -64,9 +64,9 @@ class SavedMass(SavedElement):
 
 
 class SavedBearing(SavedElement):
-    """A bearing or seal: constant coefficients, or coefficients over `speed` or the whirl `frequency` (rad/s).
+    """A bearing or seal: constant coefficients, or coefficients by `speed` or by whirl `frequency` (rad/s).
 
-    Versions of ROSS before 3 use the name `frequency` for the speed; it is read as `speed`.
+    Versions of ROSS before 3 use the name `frequency` for the speed; such an entry is read as `speed`.
     """
 
     model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="allow")

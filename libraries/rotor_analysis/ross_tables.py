@@ -1,4 +1,4 @@
-"""Coefficients over speed in a file of ROSS before version 3, which interpolates them by splines.
+"""Speed-dependent coefficients in a file of ROSS before version 3, which interpolates them by splines.
 
 For four or more speeds, the spline is cubic and smooths the values; it is a parabola for three speeds, and a line for
 two. A rotor file interpolates monotonically between the speeds of its table, so its table needs more speeds to match
@@ -44,7 +44,7 @@ def beyond_saved(bearing: SavedBearing) -> Iterator[str]:
         excess = np.maximum(values - saved.max(), saved.min() - values)
         k = int(excess.argmax())
         if excess[k] > OVERSHOOT * np.abs(saved).max():
-            span = f"outside the saved {saved.min():.4g} to {saved.max():.4g}"
+            span = f"outside the saved range {saved.min():.4g} to {saved.max():.4g}"
             yield f"{bearing.tag}: ROSS's spline of {name} is {values[k]:.4g} at {speeds[k]:.4g} rad/s, {span}."
 
 

@@ -1,6 +1,6 @@
 """Description of a rotor: its shaft, its parts, and the reduction of the plant's model. SI units.
 
-The classes declare the form of a rotor file, with limits and units; `rotor_file.load_rotor` reads such a file. Objects
+The classes define the format of a rotor file, with limits and units; `rotor_file.load_rotor` reads such a file. Objects
 created in Python check their values in the same way.
 """
 
@@ -79,7 +79,7 @@ class ReductionOptions:
             ("speed", self.speed > 0.0, "free_modes"),
         ):
             if is_set and self.method != method:
-                raise ValueError(f"{name} is set, which belongs to {method}, not to {self.method!r}")
+                raise ValueError(f"{name} is set, but it applies only to {method}, not to {self.method!r}")
 
 
 @table
@@ -102,8 +102,8 @@ class Rotor:
     Raises
     ------
     ValueError
-        If a value is out of range, a part is at a position that does not exist, or two parts have the same name; the
-        message has one line for each mistake.
+        If a value is out of range, a part is at a position that the shaft does not have, or two parts have the same
+        name; the message has one line for each mistake.
 
     Examples
     --------
@@ -139,7 +139,7 @@ class Rotor:
     seals: tuple[Bearing, ...] = ()
     """Seals and passive bearings, which act both in analyses and in co-simulation."""
     thrust_disc: ThrustDisc | None = None
-    """Disc of an axial magnetic bearing; without one the rotor does not move along its shaft."""
+    """Disc of an axial magnetic bearing; without it the rotor does not move along its shaft."""
     faces: tuple[Face, ...] = ()
     """Faces that stop the rotor along its shaft."""
 
@@ -166,7 +166,7 @@ class Rotor:
                 yield f"{kind}[{k}]", part
 
     def _misplaced(self) -> Iterator[str]:
-        """Yield a sentence for each part or master at a position that does not exist."""
+        """Yield a sentence for each part or master at a position that the shaft does not have."""
         nodes = self.shaft.nodes
         allowed = f"from {nodes[0]:g} m to {nodes[-1]:g} m, on the shaft"
         for key, part in self._parts():
@@ -247,7 +247,7 @@ class Rotor:
 
     @property
     def masters(self) -> tuple[int, ...]:
-        """Nodes whose translations the reduction retains, as set in the rotor."""
+        """Nodes whose translations the reduction retains, as set in the description of the rotor."""
         return self.reduction.masters
 
     @property

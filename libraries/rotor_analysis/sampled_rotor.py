@@ -6,11 +6,11 @@ at sensors, per unit of modal mass. Its response to a harmonic sequence of such 
 
     phi_f phi_s/omega^2  2/(1 - exp(-zeta omega T))  1/sqrt(1 + (omega/omega_b)^2)                  (1)
 
-This is the mode's static displacement, times the amplification that its decay within a sample allows, times the gain at
-its frequency of amplifiers with bandwidth omega_b. All modes up to a frequency are retained, and so are higher modes
-that respond with more than `SMALL` of the rotor's motion at half the sample rate. The others act through their residual
-shapes, all of which are retained (`free_rotor.residual_modes`). A residual shape combines several modes and is not a
-mode itself: it is damped so strongly that samples see only its static displacement.
+This is the mode's static displacement, times the amplification that its decay within a sample allows, times the gain
+that amplifiers with bandwidth omega_b have at its frequency. All modes up to a frequency are retained, and so are
+higher modes whose response exceeds `SMALL` times the motion of the whole rotor at half the sample rate. The others act
+through their residual shapes, all of which are retained (`free_rotor.residual_modes`). A residual shape combines
+several modes and is not a mode itself: it is damped so strongly that samples see only its static displacement.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Sampling:
     forces, sensors
         Nodes at which the control acts, and nodes at which it reads displacements.
     bandwidth
-        omega_b (rad/s) of a lag of first order between the held currents and the forces; infinite without a lag.
+        Bandwidth omega_b (rad/s) of a first-order lag between the held currents and the forces; infinite without a lag.
     """
 
     time: float

@@ -14,7 +14,7 @@ SAME_PLACE = 1e-9  # m; positions this close are the same
 
 @dataclass(frozen=True)
 class ElementSection:
-    """The section of an element, which may change along its length, and its material's name, but not its position."""
+    """An element's section, which may change along its length, and its material's name; the position is left out."""
 
     diameter: float
     inner_diameter: float
@@ -30,7 +30,7 @@ class ElementSection:
         """Raise a ValueError unless the bore is smaller than the shaft at both ends."""
         for end in ("", "_end"):
             outer, inner = getattr(self, f"diameter{end}"), getattr(self, f"inner_diameter{end}")
-            require(inner < outer, f"inner_diameter{end}", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
+            require(inner < outer, f"inner_diameter{end}", f"{inner} m", f">= 0 m and < {outer} m, the outer diameter")
 
     def part(self, begin: float, end: float) -> ElementSection:
         """Return the part from `begin` to `end`, which are both fractions of the length."""
@@ -49,7 +49,7 @@ class ShaftSection:
     length: Length
     """Its length."""
     diameter: Length
-    """Outer diameter, at the beginning of a cone."""
+    """Outer diameter, or that at the beginning of a cone."""
     inner_diameter: Size = 0.0
     """Inner diameter."""
     diameter_end: Length | None = None
@@ -72,7 +72,7 @@ class Sleeve:
     end: Position
     """Where it ends."""
     diameter: Length
-    """Outer diameter, at the beginning of a cone."""
+    """Outer diameter, or that at the beginning of a cone."""
     inner_diameter: Size
     """Inner diameter."""
     diameter_end: Length | None = None
@@ -83,7 +83,7 @@ class Sleeve:
     """Name of one of the `materials`; by default the shaft's material."""
 
     def __post_init__(self) -> None:
-        require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, where it begins")
+        require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, where the sleeve begins")
         _complete_diameters(self)
 
     def covers(self, begin: float, end: float) -> bool:
@@ -98,7 +98,7 @@ class Sleeve:
 
 
 def _complete_diameters(part: ShaftSection | Sleeve) -> None:
-    """Set end diameters that are not given to those at the beginning, and check all four diameters of a part."""
+    """Replace missing end diameters by the diameters at the beginning, and check all four diameters of a part."""
     for name in ("diameter", "inner_diameter"):
         if getattr(part, f"{name}_end") is None:
             object.__setattr__(part, f"{name}_end", getattr(part, name))

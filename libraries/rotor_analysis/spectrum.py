@@ -12,8 +12,8 @@ of the motion either:
 
     multiplicity of 0  =  2 dim N - rank(L^T (C + Omega G) N),   L^T K = 0                          (2)
 
-Rounding leaves a double eigenvalue up to 0.1 rad/s away from 0; therefore as many of the smallest eigenvalues as (2)
-states are set to 0.
+Rounding leaves a double eigenvalue up to 0.1 rad/s away from 0; therefore the smallest eigenvalues are set to 0, as
+many as (2) states.
 """
 
 from __future__ import annotations
@@ -110,9 +110,9 @@ def oscillating(values: Complex) -> Bools:
 def _by_frequency(model: Matrices, loss: Hysteresis, Omega: float) -> tuple[Complex, Complex]:
     """Return the overdamped modes, the modes that are slower than the spin, and the modes that are faster.
 
-    Near the spin speed a mode may be slower in one problem and not in the other. A lightly damped mode is therefore
-    taken from the problem of faster motion if it is not among the first n such modes there. Here n is the number of
-    lightly damped modes in the other problem that are slower than the spin.
+    Near the spin speed, a mode may be slower than the spin in one problem and faster in the other. A lightly damped
+    mode is therefore taken from the problem of faster motion if it is not among the first n such modes there. Here n is
+    the number of lightly damped modes in the other problem that are slower than the spin.
     """
     spin = abs(Omega)
     values, vectors = _solved(model, Omega, loss.stiffness(0.0, Omega))

@@ -7,7 +7,8 @@ x + i y = Phi p exp(i omega t) of the rotor that spins at Omega obey
     [[0, W], [W, Gamma]] [W p/omega; p] = omega [W p/omega; p].                                     (2)
 
 The matrix of (2) is symmetric. A rotor with n elastic modes has n negative omega (backward whirl) and n + 1 positive
-omega (forward whirl); the additional one is due to the gyroscopic moment of the tilting rotor. Three are 0.
+omega (forward whirl). The additional forward whirl is due to the gyroscopic moment of the tilting rotor. Three omega
+are 0.
 
 A space with the coordinates C = Phi^T M shapes lacks the part (1 - C C^T) p of a mode. The relative error of omega is
 of second order:
@@ -57,7 +58,7 @@ def whirl(frequencies: Array, shapes: Array, G: Array) -> tuple[Array, Array]:
 def with_spinning_shapes(
     space: ShapeSpace, full: Matrices, speed: float, highest: float | None, accuracy: float
 ) -> ShapeSpace:
-    """Return a space with few additional shapes in which the spinning rotor whirls as fast as with all elements.
+    """Return a space with few additional shapes that gives the spinning rotor the whirl frequencies of the full model.
 
     The additional shapes are combined with the residual shapes. A space that is accurate already is returned unchanged.
 
@@ -100,5 +101,5 @@ def with_spinning_shapes(
         if error <= accuracy:
             return result
         least = min(error, least)
-    what = f"of whirl at reduction.speed = {speed:g} rad/s; the smallest error is {least:.1e}"
-    raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached by the frequencies {what}")
+    what = f"whirl frequencies at reduction.speed = {speed:g} rad/s; the smallest error is {least:.1e}"
+    raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached for the {what}")

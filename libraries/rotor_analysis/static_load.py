@@ -21,8 +21,8 @@ from rotor_analysis.rotor import Rotor
 def carried_masses(rotor: Rotor, springs: Mapping[str, float] | None = None) -> dict[str, float]:
     """Return the mass (kg) that each bearing carries according to (1), with aligned bearings.
 
-    Seals are omitted (`carried_with_seals`). The result holds for weight in any lateral direction. A bearing that pulls
-    the rotor down carries a negative mass.
+    Seals are omitted; `carried_with_seals` includes them. The result holds for weight in any lateral direction. A
+    bearing that pulls the rotor down carries a negative mass.
 
     Parameters
     ----------
@@ -89,14 +89,14 @@ def carried_at(rotor: Rotor, nodes: Sequence[int], springs: Sequence[tuple[int, 
 
 
 def _supports(rotor: Rotor, springs: Mapping[str, float]) -> tuple[list[Bearing], list[Bearing]]:
-    """Return the rigid bearings, and the springs of positive stiffness; together they support the rotor."""
+    """Return the rigid bearings, and the springs with positive stiffness, which together support the rotor."""
     rigid = [bearing for bearing in rotor.bearings if bearing.name not in springs]
     stiff = [bearing for bearing in rotor.bearings if springs.get(bearing.name, 0.0) > 0.0]
     if len({bearing.node for bearing in (*rigid, *stiff)}) < 2:
         idle = f", {len(springs) - len(stiff)} of them without stiffness" if len(stiff) < len(springs) else ""
         bearings = f"{len(rotor.bearings)} bearing{'s' * (len(rotor.bearings) != 1)}"
         raise ValueError(
-            f"rotor {rotor.name!r} has {bearings}{idle}; its weight requires two or more that can "
+            f"rotor {rotor.name!r} has {bearings}{idle}; its weight requires two or more bearings that can "
             "carry load, at different nodes"
         )
     return rigid, stiff

@@ -20,7 +20,7 @@ class SupportedRotor:
     """The model of a rotor on its bearings.
 
     rotor
-        Its description.
+        Description of the rotor.
     full
         The finite-element model with the bearings.
     reduction
@@ -63,16 +63,17 @@ def supported_rotor(
     Parameters
     ----------
     rotor
-        Its description, with stiffness and damping of the bearings.
+        Description of the rotor, with stiffness and damping of the bearings.
     mass
-        `consistent` or `diagonal`; by default the rotor's.
+        `consistent` or `diagonal`; by default as the rotor specifies.
     planes
         Node numbers whose translations are retained; the full model by default.
 
     Raises
     ------
     ValueError
-        If `mass` is neither `consistent` nor `diagonal`, or the planes do not exist or do not support the rotor.
+        If `mass` is neither `consistent` nor `diagonal`, a plane does not exist, or the rotor can still move freely
+        when the planes are fixed.
     """
     full = on_bearings(assemble(rotor, mass), rotor)
     if planes is None:

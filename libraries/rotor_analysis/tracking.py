@@ -122,9 +122,9 @@ def modes_begun_later(
 ) -> list[list[Mode | None]]:
     """Return the tracks of modes that begin to oscillate above the first speed, with None at lower speeds.
 
-    A mode counts if it begins without a resonance, with a damping ratio above 1/sqrt(2), but has a resonance at the
-    last speed and is slower there than the fastest of `tracks`. For example, a gyroscopic rotor in well-damped bearings
-    creeps at rest but whirls backward at speed.
+    A mode counts if it begins without a resonance, that is, with a damping ratio above 1/sqrt(2), but has a resonance
+    at the last speed. There it must be slower than the fastest of `tracks`. For example, a gyroscopic rotor in
+    well-damped bearings creeps at rest but whirls backward at speed.
 
     Parameters
     ----------

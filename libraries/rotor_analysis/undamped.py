@@ -19,14 +19,14 @@ def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array
     """Return the first modes of a rotor on its bearings, which satisfy K phi = omega^2 M phi.
 
     K and M are the means over both planes. With fewer than two bearings or seals, one or two of these modes are rigid
-    motions without a frequency, which are omitted.
+    motions; they have no frequency and are omitted.
 
     Parameters
     ----------
     supported
         The rotor on its bearings and seals, full or reduced.
     rotor
-        Its description.
+        Description of the rotor.
     count
         Number of modes, including rigid motions; fewer if the model has fewer.
 
@@ -90,7 +90,9 @@ def _lowest(M: Array, K: Array, count: int, rigid: int, rotor: Rotor) -> tuple[A
         held = np.sort(np.argsort(np.abs(squares), kind="stable")[rigid:])  # a motion that diverges comes before these
         squares = squares[held]
         return np.sign(squares) * np.sqrt(np.abs(squares)), (shapes / np.sqrt(mu))[:, ::-1][:, held]
-    raise ValueError(f"the undamped modes of rotor {rotor.name!r} cannot be computed: its bearings are too unstable")
+    raise ValueError(
+        f"the undamped modes of rotor {rotor.name!r} cannot be computed: supports have too much negative stiffness"
+    )
 
 
 def _plane_of(matrix: Array) -> Array:

@@ -20,7 +20,7 @@ class Limits(NamedTuple):
 
 @kernel
 def dac_of(chain: np.record) -> Converter:
-    """Return the DAC that converts all demands of a sample; its step is 0 if the DAC is off."""
+    """Return the DAC that converts all demands of a sample; its least significant bit is 0 V if it is off."""
     if not is_on(chain.preset, chain.dac):
         return Converter(0.0, 0.0)
     return converter_of(chain.dac_bits, chain.dac_range)
@@ -38,7 +38,7 @@ def within_converter(low: float, high: float, chain: np.record, dac: Converter) 
 
 @kernel
 def converted(demand: float, chain: np.record, dac: Converter) -> float:
-    """Return the demand that the amplifier receives, which is the nearest level of the DAC if that is on."""
+    """Return the demand that the amplifier receives; if the DAC is on, this is the nearest level of the DAC."""
     if dac.step == 0.0:
         return demand
     output: float = chain.amplifier_gain * quantised(demand / chain.amplifier_gain, dac)

@@ -29,7 +29,7 @@ def coefficients(cutoff: float, sample_time: float) -> tuple[float, float]:
 
 @kernel
 def start_at_rest(memory: np.record, x: float) -> None:
-    """Set the memory of a filter, record FILTER, to rest at the value `x`."""
+    """Set the memory of a filter, record FILTER, to the steady state for a constant input `x`."""
     memory.output = x
     memory.input = x
 

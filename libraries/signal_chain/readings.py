@@ -49,7 +49,7 @@ def sensor_memory_of(array: Array, start: int, n_sensors: int) -> SensorMemory:
 
 @inlined_kernel
 def add_noise(deviation: float, faults: Records, random: Records, signals: Array) -> None:
-    """Add noise with this standard deviation, and the noise of faults; random numbers are drawn in pairs."""
+    """Add noise with this standard deviation, and the noise of faults; random numbers are generated in pairs."""
     n = signals.shape[0]
     for x in range(0, n, 2):
         y = min(x + 1, n - 1)

@@ -8,11 +8,12 @@ next sample:
     h = T/4       *   .   .   .   *   .   .   .   *   .   .   .   *        * sample, . nothing changes
     h = 0.7 T     *          .          *          *          *            up to h before its instant
 
-An instant at the end of a step belongs to the next one. Co-simulation masters round times: n h differs from t_n in its
+An instant at the end of a step belongs to the next step. Co-simulation masters round times: n h differs from t_n in its
 last digits, and a sum of steps drifts by up to n^2 1e-16 h, which is 2e-5 h after a million steps. An instant in the
 last `TOLERANCE` h of a step is therefore treated as if it were at the end of the step, and its sample is late by at
 most `TOLERANCE` h. Other samples are early by up to h. If a sum has drifted further, samples are taken one step
-earlier. If h = T, no sample is lost, because a step takes at most one sample.
+earlier. If h = T, this loses no sample: a step takes at most one sample, and the next step takes the one that is still
+due.
 
 A step longer than T could contain two instants, but would have inputs only for the first.
 """
@@ -34,5 +35,5 @@ def is_due(instant: float, time: float, step_size: float) -> bool:
 
 @inlined_kernel
 def is_too_long(time: float, step_size: float, sample_time: float) -> bool:
-    """Return whether the step that begins at `time` exceeds the sample time, apart from rounding errors (all in s)."""
+    """Return whether the step that begins at `time` is longer than the sample time, apart from rounding (all in s)."""
     return step_size > LONGEST_STEP * sample_time + ROUNDING * abs(time)

@@ -162,7 +162,7 @@ class CatalogueBearing:
     k_i, k_s
         Constants K_i (N/A) and K_s (N/m) without a static force.
     capacity
-        Largest static force (N), for which the control current must be as large as the bias. As in a bearing with coil
+        Largest static force (N), which requires a control current equal to the bias current. As in a bearing with coil
         bias, a static force F multiplies K_s by 1 + (F/capacity)^2.
     """
 

@@ -1,4 +1,4 @@
-"""Eddy currents in the solid iron of a thrust bearing: the flux lags the current by half an order.
+"""Eddy currents in the solid iron of a thrust bearing: the flux follows the current with a lag of order one half.
 
 Ampere's law along the iron's surface around the coil, where the tangential field is H, gives
 
@@ -12,9 +12,9 @@ surface of width w requires the field H = sqrt(s sigma/mu) Phi/w, so
     c = sqrt(sigma/mu) integral of (Phi(l)/Phi)^2 dl/w(l)                                     (3)
 
 The whole flux flows along the walls and the bottom of the coil's slot, and along the face of the disc opposite the
-slot. Along the pole faces of core and disc, the flux decreases because it crosses the gap. It does so evenly over the
-face if the gap takes most of N i. Because of leakage, the iron carries lambda times the flux between the poles. If w =
-2 pi r, the poles are rings from r_1 to r_2 and from r_3 to r_4, and the slot has the depth h, then
+slot. Along the pole faces of core and disc, the flux decreases because it crosses the gap. The decrease is even over
+the face if the gap takes most of N i. Because of leakage, the iron carries lambda times the flux between the poles. If
+w = 2 pi r, the poles are rings from r_1 to r_2 and from r_3 to r_4, and the slot has the depth h, then
 
     2 pi c/(lambda sqrt(sigma/mu)) = h/r_2 + h/r_3 + 2 ln(r_3/r_2)                            (4)
         + 2 int_r1^r2 ((r^2 - r_1^2)/(r_2^2 - r_1^2))^2 dr/r + 2 int_r3^r4 ((r_4^2 - r^2)/(r_4^2 - r_3^2))^2 dr/r

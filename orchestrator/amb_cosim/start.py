@@ -1,4 +1,4 @@
-"""Starts the command line; during imports, too, Ctrl-C and SIGTERM lead to a single line and an exit code."""
+"""Starts the command line; even during imports, Ctrl-C and SIGTERM end it with a single line and an exit code."""
 
 import os
 import signal

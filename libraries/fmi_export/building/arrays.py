@@ -1,10 +1,10 @@
 """The variables of a model in FMI 3.0: numbered variables form arrays, and all others are scalars.
 
-Variables that are named after a place remain scalars in FMI 3.0: users connect bearing axes, discs and contact sites
-one by one and look them up by name (`seal.f_n`). Numbered variables and matrices become arrays. Examples are the
-sensors, which a single connection between plant and controller joins, their weights and scales, the sensor planes, and
-the identified receptance. The elements of an array are consecutive in the table, row by row, so the array is a slice of
-the model's flat arrays.
+Variables that are named after a component remain scalars in FMI 3.0, because users connect bearing axes, discs and
+contact sites one by one and look them up by name (`seal.f_n`). Numbered variables and matrices become arrays. Examples
+are the sensor signals (for which plant and controller then need one connection), the weights and scales of the sensors,
+the sensor planes, and the identified receptance. The elements of an array are consecutive in the table, row by row, so
+the array is a slice of the model's flat arrays.
 
 The value reference of a variable is its position in the table; an array has the reference of its first element. For
 hosts that read one value per reference, `without_arrays` returns a model in which each element is a variable, as in FMI
@@ -82,7 +82,9 @@ def _shape(variables: tuple[Variable, ...]) -> tuple[int, ...]:
     if len({_without_name(v) for v in variables}) > 1:
         raise ValueError(f"the elements of the array {first.array.name} differ: {first.name} is not like the others")
     if math.prod(first.array.shape) != len(variables):
-        raise ValueError(f"{len(variables)} variables do not fill the array {first.array.name} of {first.array.shape}")
+        raise ValueError(
+            f"{len(variables)} variables do not fill array {first.array.name} of shape {first.array.shape}"
+        )
     return first.array.shape
 
 

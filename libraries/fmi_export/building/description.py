@@ -1,4 +1,4 @@
-"""Writes modelDescription.xml from a model's variable table; it is the same for every flavour of FMU."""
+"""Writes modelDescription.xml from a model's variable table; the file is the same for every flavour of FMU."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def describe(
     Parameters
     ----------
     abilities
-        Names, in this version of FMI, of the attributes for co-simulation that are true.
+        Names of the co-simulation attributes that are true, as spelt in this version of FMI.
     enumeration
         Function that adds an Enumeration with this name to the types, and returns the element for its items.
     further
@@ -114,7 +114,7 @@ def describe(
 
 
 def identity_of(v: Variable, name: str, reference: int, description: str) -> dict[str, str]:
-    """Return a variable's identifying attributes; an array differs from its first element only in the first three."""
+    """Return a variable's identifying attributes; an array shares all but the first three with its first element."""
     attributes = {
         "name": name,
         "valueReference": str(reference),
@@ -160,7 +160,7 @@ def _numbers(values: Mapping[str, float]) -> dict[str, str]:
 
 
 def display_unit_of(v: Variable) -> str:
-    """Return the display unit of a Real, or an empty text if it has none besides its unit."""
+    """Return the display unit of a Real, or an empty text if its values are displayed in its own unit."""
     return v.display_unit or DISPLAYED.get(v.unit, "")
 
 

@@ -11,7 +11,8 @@ Association's format for experiments (github.com/modelica/ma-hs-experiments):
 
 The experiment consists of ten steps of the usual size that begin at the start values. Inputs with a nominal size
 (displacements, currents and forces) are set to different values, which are a few per cent of that size. FMPy computes
-the results with the engine of the building machine; other C libraries give results that differ in the last bits.
+the results with the engine for the platform on which the FMU is built. With other C libraries, results differ in the
+last bits.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ EXPERIMENTS = "application/x-ma-hs-experiments"  # type of the file
 STEPS = 10
 SHARE = 0.02  # smallest stimulus, relative to the nominal size
 TEXT = """This FMU contains an experiment with reference results (FMI-LS-REF, extra/org.fmi-standard.fmi-ls-ref):
-{steps} steps of {h!r} s from the start values, with the inputs of stimuli.csv if it exists, lead to references.csv.
+{steps} steps of {h!r} s from the start values, with the inputs of stimuli.csv if it exists, give the outputs in
+references.csv.
 A tool that runs the FMU correctly obtains these values, except for the last bits if it uses a different C library.
 `amb-cosim verify {name}.fmu` runs the experiment in FMPy and compares the results.
 """
@@ -55,8 +57,8 @@ Columns = dict[str, list[Any]]
 def experiment_files(model: Model, constants: Array, by_slot: bool = False) -> dict[str, bytes]:
     """Return the files of the experiment by their paths in an FMU.
 
-    No files are returned if there is no shipped or cached engine for this machine, because an engine is not compiled
-    just for the experiment. The same applies if the model cannot take these steps.
+    If there is no shipped or cached engine for this machine, no files are returned, because an engine is not compiled
+    just for the experiment. No files are returned either if the model cannot take these steps.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Copies an FMU for hosts that do not support Enumerations: ecos ignores their values, libcosim their variables."""
+"""Copies an FMU for hosts without Enumerations: ecos ignores values of that type, libcosim ignores the variables."""
 
 from __future__ import annotations
 

@@ -134,14 +134,14 @@ def _data(model: Model, constants: Array, guid: str) -> bytes:
 
 
 def _without_constants(model: Model, constants: Array) -> Model:
-    """Return a model whose sizes, and those of its parts, are numbers that do not depend on the constants."""
+    """Return the model with its sizes, and those of its parts, as numbers instead of functions of the constants."""
     n_state, n_work = sizes(model, constants)
     parts = (replace(p, model=_without_constants(p.model, p.constants), constants=np.zeros(0)) for p in model.parts)
     return replace(model, n_state=n_state, n_work=n_work, parts=tuple(parts))
 
 
 def _this_python() -> tuple[str, str]:
-    """Return this Python's library (empty if there is none) and interpreter, which hosts without Python start."""
+    """Return this Python's library (empty if there is none) and interpreter, for hosts that do not run Python."""
     name = "python3.dll" if sys.platform == "win32" else str(sysconfig.get_config_var("INSTSONAME"))
     folder = sys.base_prefix if sys.platform == "win32" else sysconfig.get_config_var("LIBDIR")
     library = Path(folder or "", name)
@@ -154,8 +154,8 @@ def _script(model: Model) -> Path:
     script = package_folder(model.packages[0]) / f"{name}_fmu.py"
     if not script.is_file():
         raise ValueError(
-            f"model {model.name} has no script {script}; the first of its packages must contain one that names the "
-            "model to PythonFMU, such as examples/lag_sensor/lag_sensor/lag_sensor_fmu.py"
+            f"model {model.name} has no script {script}; the first of its packages must contain one that defines the "
+            "model for PythonFMU, such as examples/lag_sensor/lag_sensor/lag_sensor_fmu.py"
         )
     return script
 

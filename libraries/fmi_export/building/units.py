@@ -306,7 +306,7 @@ def _converted(text: str | float, unit: str, name: str) -> float:
 
 
 def _as_weights(unit: str, forces: Mapping[str, str]) -> str:
-    """Return a unit in which weights replace masses; `forces` maps a unit of mass to its unit of force."""
+    """Return a unit with its units of mass replaced by units of force; `forces` maps the former to the latter."""
     names = rf"(?<![^\W\d])({'|'.join(forces)})(?![^\W\d])"
     return re.sub(names, lambda match: forces[match[1].lower()], unit, flags=re.IGNORECASE)
 
@@ -325,7 +325,9 @@ def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, w
         if exact is not None:
             with suppress(TypeError):
                 if unit == "1" and base_unit(text_unit) == base_unit("turn"):  # a coil of 36 turns has no 226 rad
-                    raise ValueError(f"{text_unit} is an angle of 2 pi; write a number without a unit")
+                    raise ValueError(
+                        f"{text_unit} means an angle of 2 pi, not a number; write the number without a unit"
+                    )
                 return float(converted(exact) * _revolution(text_unit, unit))
         return float(converted(number))
     except pint.DimensionalityError as error:

@@ -68,12 +68,12 @@ def refusing() -> Iterator[None]:
 
 
 def interrupted(message: str) -> Failed:
-    """Return the error for a command that a signal ended."""
+    """Return the error for a command that was ended by a signal."""
     return Terminated(message) if was_terminated() else Interrupted(message)
 
 
 def refuse_empty_record(outcome: Outcome) -> None:
-    """Raise an error if a run was interrupted before it recorded anything, because it would replace an older result."""
+    """Raise an error if a run was interrupted before it recorded anything, so that no older result is overwritten."""
     if outcome.status == "interrupted" and outcome.time <= 0.0:
         raise interrupted("interrupted before anything was recorded; nothing was written")
 

@@ -27,7 +27,11 @@ NUMBERED = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
 )
 @click.option("--rotor", "rotors", multiple=True, metavar="[N:]NAME|FILE", help="Rotor of all runs, or of the Nth.")
 @click.option(
-    "--flavour", "flavours", multiple=True, metavar="[N:]native|python", help="FMUs of all runs, or of the Nth."
+    "--flavour",
+    "flavours",
+    multiple=True,
+    metavar="[N:]native|python",
+    help="Flavour of FMUs of all runs, or of the Nth.",
 )
 @UNTIL
 @output("Folder; default: results/comparison.")
@@ -93,7 +97,7 @@ def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
 
 
 def _last(texts: Sequence[str], count: int, option: str) -> Any:
-    """Return the last text, or None; if any text is for a single run, return a list of such values, one per run."""
+    """Return the last text, or None; if any text is for a single run, return a list with the last text for each run."""
     last = [of_run[-1] if of_run else None for of_run in _by_run(texts, count, option)]
     return last if _names_run(texts) else last[0] if last else None
 

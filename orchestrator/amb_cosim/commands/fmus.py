@@ -48,8 +48,8 @@ def build(
 ) -> None:
     """Build the FMUs into a folder.
 
-    FMUs of flavour native run in any process. FMUs of flavour python need Python with NumPy, either in the importing
-    process or as a shared library on the machine.
+    FMUs of flavour native run in any process. FMUs of flavour python need Python with NumPy: in the process that
+    imports them, or as a shared library on the machine.
 
     With --assembled, one FMU contains rotor, actuator and controller of a scenario (name or TOML file), or all
     components of a system file, and steps them together. With --scenario, the FMUs of the components have the

@@ -40,7 +40,7 @@ class ListedItem(NamedTuple):
     command: str = "run"
 
     def has(self, words: tuple[str, ...]) -> bool:
-        """Return whether its texts contain all words."""
+        """Return whether the texts of the item contain all words."""
         text = " ".join((self.name, self.theme, self.description, self.outcome, self.source)).lower()
         return all(word in text for word in words)
 
@@ -135,7 +135,8 @@ def _items(entries: Iterable[ListedItem]) -> list[ListedItem]:
 def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None:
     """Return the result of a function that reads a pack's file; if the file is invalid, warn and return None.
 
-    A command prints a warning for each of the first invalid files of a pack, and one more if there are others.
+    A command prints a warning for each of the first few invalid files of a pack, and a single warning for all further
+    ones.
     """
     from amb_files.packs import pack_of
 
@@ -149,12 +150,12 @@ def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None
             for line in str(error).splitlines():
                 click.echo(f"warning: pack {pack}: {line}", err=True)
         elif warned[pack] == MOST_FILES + 1:
-            click.echo(f"warning: pack {pack}: further files of this pack are invalid", err=True)
+            click.echo(f"warning: pack {pack}: further invalid files of this pack are not listed", err=True)
         return None
 
 
 def _line(console: Console, text: str, style: str | None = None, indent: int = 4) -> None:
-    """Print a line; on a terminal, wrap it and indent its continuation, because the ends of descriptions differ."""
+    """Print a line; on a terminal, wrap it and indent its continuation, so that descriptions are shown in full."""
     if not console.is_terminal:
         click.echo(text)
         return

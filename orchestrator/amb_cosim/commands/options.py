@@ -48,8 +48,8 @@ def former_option(name: str, present: str) -> Option:
 def parse_settings(settings: Iterable[str]) -> dict[str, str]:
     """Return the values in `component.variable=value` texts by variable; the last text for a variable applies.
 
-    The name of a variable, and the value of a String, may contain a `=`. Such a text is divided at its last `=`, and
-    `Assignments.set` finds where the name ends.
+    The name of a variable, and the value of a String, may contain a `=`. A text with several `=` is first divided at
+    the last one; `Assignments.set` then finds where the name really ends.
     """
     parsed = {}
     for text in settings:
@@ -117,7 +117,7 @@ class RotorOption(click.Option):
 
 
 def _default_rotor() -> str:
-    """Return the default rotor according to the packs' files, read without the library that checks these files."""
+    """Return the default rotor that the packs' files name, without importing the library that checks these files."""
     from amb_files.packs import packs
 
     for folder in packs().values():
@@ -188,7 +188,7 @@ SETTINGS = click.option(
 ISOLATED = click.option(
     "--isolated/--no-isolated",
     default=None,
-    help="Run FMUs in a separate process; default for files.",
+    help="Run FMUs in a separate process; default for FMU files.",
 )
 LOOP = click.option(
     "--loop",

@@ -17,7 +17,7 @@ PACKAGES: dict[click.Command, str] = {}  # of commands that this package makes f
 
 
 class PackCommands(click.Group):
-    """A group to which packages add commands; they are imported for listings and for commands not defined here.
+    """A group to which packages add commands; the packages are imported only to list commands or to find a missing one.
 
     `sections` maps each heading of the help to the names of the commands listed under it. All other commands are listed
     under the name of their pack, or under a general heading. `former` maps the name of each former command to its
@@ -43,11 +43,11 @@ class PackCommands(click.Group):
         self.list_in_section(title, *(command.name or "" for command in commands))
 
     def list_in_section(self, title: str, *names: str) -> None:
-        """List commands, which may be added later, in the section with this title, after the commands already in it."""
+        """List these commands, which may be added later, at the end of the section with this title."""
         self.sections.setdefault(title, []).extend(names)
 
     def add_examples(self, examples: Mapping[str, Sequence[str]]) -> None:
-        """Add examples to the end of the help of commands, by name; `rotor show` names the command `show` of `rotor`.
+        """Add examples to the end of the help of commands; `rotor show` stands for the command `show` of `rotor`.
 
         An example is the part of a command line that follows `amb-cosim`.
         """
@@ -58,7 +58,7 @@ class PackCommands(click.Group):
             command.epilog = "\b\nExamples:\n" + "\n".join(f"  amb-cosim {line}" for line in lines)
 
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
-        """Add a command, and restore its help if there are no docstrings in memory."""
+        """Add a command, and restore its help if docstrings are not in memory."""
         restore_help(cmd)
         super().add_command(cmd, name)
 

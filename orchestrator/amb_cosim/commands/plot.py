@@ -48,7 +48,7 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
                     f"--begin and --until cannot be used with the figure {name}; they apply only to variables"
                 )
             if name and (left_out := finite_signals(run.signals)[1]):
-                click.echo(f"amb-cosim: {result}: not all signals are drawn: {not_finite(left_out)}", err=True)
+                click.echo(f"amb-cosim: {result}: some signals are not drawn: {not_finite(left_out)}", err=True)
             drawn = figure(run.signals, name) if name else run.plot(*variables, begin=begin, until=until)
             write_figure(drawn, path)
     click.echo(f"{'table' if suffix in TABLES else 'figure'} in {path}")

@@ -30,7 +30,7 @@ class Printed(Protocol):
 
 
 def check_picture(path: Path, others: Sequence[str] = ()) -> None:
-    """Raise ValueError unless a picture, or a file with one of the suffixes `others`, can be written to the path."""
+    """Raise ValueError unless the path can be written, and its suffix is that of a picture or one of `others`."""
     allowed = (*PICTURES, *others)
     if path.suffix.lower() not in allowed:
         raise ValueError(f"{path} is not allowed; its name must end with {', '.join(allowed)}")
@@ -53,7 +53,7 @@ def print_result(result: Printed, as_json: bool) -> None:
 
 
 def warn_of_sizes(rotor: RotorSource) -> tuple[str, ...]:
-    """Print warnings of implausible sizes of a rotor to standard error, and return them; with None there are none.
+    """Print warnings of implausible sizes of a rotor to standard error, and return them; there are none for None.
 
     Commands call this before they compute with the rotor. A prepared run also lists these warnings among its own.
     """

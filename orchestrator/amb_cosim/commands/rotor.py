@@ -20,7 +20,7 @@ def rotor() -> None:
 @rotor.command("import")
 @click.argument("model", type=click.Path(path_type=Path))
 @output("Rotor file; default: MODEL_rotor.toml.")
-@click.option("--frequency", type=FREQUENCY, help="Whirl frequency that freezes coefficients: 100 Hz.")
+@click.option("--frequency", type=FREQUENCY, help="Whirl frequency at which coefficients are frozen: 100 Hz.")
 def import_model(model: Path, output: Path | None, frequency: str | None) -> None:
     """Convert a rotor saved by ROSS to a rotor file.
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from amb_cosim.results.result import Result
 
 FOLDER = output("Folder for the results; default: results/NAME, or results/FOLDER_NAME for a file FOLDER/NAME.toml.")
-AUTOSAVE = """Time between automatic checkpoints; 0 for none."""
+AUTOSAVE = """Time between automatic checkpoints; 0 saves none."""
 AUTOSAVED = "autosave.npz"
 STEP = click.option("--step", metavar="TIME", help="Communication step of an SSP archive that has none (1ms).")
 
@@ -114,7 +114,7 @@ def run(
 
 
 def _save(result: Result, moment: str, folder: Path) -> str:
-    """Write the state of a run at a moment into a folder; return a text on where it is, or why it does not exist."""
+    """Write the state of a run at a moment into a folder; return a text that names the file or explains its absence."""
     try:
         name = f"checkpoint_{re.sub('[^0-9A-Za-z.]+', '_', moment)}.npz"
         file = result.checkpoint(moment).save(plain_file(folder, name))

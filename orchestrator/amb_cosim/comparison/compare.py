@@ -250,7 +250,7 @@ def _for_each(value: Any, count: int, name: str) -> list[Any]:
 
 
 def _label(name: str, settings: Mapping[str, Raw] | None, rotor: Any, flavour: str, requested: tuple[Any, ...]) -> str:
-    """Return the name of a scenario followed by the settings that may differ between the runs."""
+    """Return the name of a scenario, followed by those settings that may differ between the runs."""
     varied, rotors, flavours = (_is_each(each) for each in requested)
     parts = [f"{key}={value}" for key, value in (settings or {}).items()] if varied else []
     parts += [Path(str(named(rotor))).stem] if rotors and rotor else []

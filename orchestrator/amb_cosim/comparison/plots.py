@@ -78,7 +78,7 @@ def overlays(runs: Runs) -> dict[str, Figure]:
 
 
 def orbits(runs: Runs, bearings: list[str]) -> Figure:
-    """Draw the path of the rotor centre at each bearing in one colour per run, on top of the retainers.
+    """Draw the path of the rotor centre at each bearing, in one colour per run, with the retainers in the background.
 
     The orbits of all runs are oriented like the orbits of the first run.
     """
@@ -133,7 +133,7 @@ def displacement(runs: Runs, bearings: list[str]) -> Figure:
 
 
 def _motion(runs: Runs, bearing: str, falls: bool) -> tuple[str, list[Array | None], set[float]]:
-    """Return the axis label of a bearing, the motion to draw, and the values at which a rotor touches the retainer."""
+    """Return the axis label of a bearing, the motion to plot, and the values at which a rotor touches the retainer."""
     radii = [radius(run, support(run, bearing)) for run in runs.values()]
     gaps = [_clearance(run, bearing) for run in runs.values()]
     clearances = [c for c in gaps if c is not None]
@@ -161,7 +161,7 @@ def contact(runs: Runs, sites: list[str]) -> Figure:
     for column, reach in zip(columns, (REACH, ENLARGED_REACH), strict=False):
         for panel, site in zip(column, sites, strict=True):
             mark_forces(panel, forces[site], reach)
-    curves = "thick: 1 ms mean with impact impulses, pale: peaks without them"
+    curves = "thick: 1 ms mean with impact impulses; pale: peaks without impacts"
     return _with_legend(figure, f"Normal contact force ({curves})", columns[0][0], runs)
 
 
@@ -172,7 +172,7 @@ def _forces_at(runs: Runs, site: str, changing: bool) -> list[tuple[Array, SiteF
 
 
 def _times(run: Signals, changing: bool) -> Array:
-    """Return the position of each sample on the time axis: its cycle, or its time (s) if any run's speed changes."""
+    """Return the position of each sample on the time axis: its cycle, or its time (s) if any run changes its speed."""
     return np.asarray(run["time"].values, np.float64) if changing else cycles(run)
 
 

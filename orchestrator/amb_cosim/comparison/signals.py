@@ -15,7 +15,7 @@ MOST_NAMES = 6  # most names in a printed list
 
 @dataclass(frozen=True)
 class LargestDifference:
-    """Largest difference of a signal from that of the first run, in the signal's unit, and the cycle of this value."""
+    """Largest difference between a signal and the same signal of the first run, in its unit, and its cycle."""
 
     signal: str
     unit: str

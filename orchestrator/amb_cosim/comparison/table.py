@@ -55,7 +55,7 @@ def rows_of(summaries: Sequence[Summary]) -> tuple[ComparedValue, ...]:
 
 
 def verdicts_and_facts(labels: Sequence[str], summaries: Sequence[Summary]) -> list[TextBlock]:
-    """Return the verdict of each run, and a table of the rows that `amb-cosim run` prints below a verdict."""
+    """Return the verdict of each run, and a table of the quantities that `amb-cosim run` prints below a verdict."""
     verdicts = [f"{label}: {summary.verdict}" for label, summary in zip(labels, summaries, strict=True)]
     facts = [dict(summary.verdict.facts) for summary in summaries]
     table = Table(box=None, padding=(0, 2, 0, 0))
@@ -111,7 +111,7 @@ def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
 
 
 def _whirl_speeds(summary: Summary) -> dict[str, float | None]:
-    """Return the mean whirl speed at each site (rad/s); None also where a fallen rotor swings or lies without whirl."""
+    """Return the mean whirl speed at each site (rad/s); it is also None where a fallen rotor swings or lies still."""
     fallen = {} if summary.touchdown is None else summary.touchdown.retainers
     still = {site for site, item in fallen.items() if item.whirl == "none"}
     return {site: None if site in still else speed for site, speed in summary.whirl_speed.items()}

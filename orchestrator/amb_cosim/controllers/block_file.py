@@ -52,7 +52,7 @@ Gains = Annotated[tuple[tuple[Value, float], ...], Field(min_length=1, max_lengt
 
 
 class Channel(Table):
-    """Blocks in series from a signal to a demand, or from each of several signals to its own one of several demands."""
+    """Blocks in series from a signal to a demand, or a copy of them from each of several signals to its own demand."""
 
     from_: Annotated[str | Names, Field(alias="from")]
     to: str | Names
@@ -101,8 +101,8 @@ def read_blocks(path: Path, continuous: bool = False) -> dict[str, Any]:
             return omega
         if omega >= math.pi / time:
             raise ValueError(
-                f"{omega / (2.0 * math.pi):g} Hz is not allowed with prewarp; it must be below half the sampling "
-                f"frequency, {0.5 / time:g} Hz"
+                f"a frequency of {omega / (2.0 * math.pi):g} Hz is not allowed with prewarp; it must be below half "
+                f"the sampling frequency, {0.5 / time:g} Hz"
             )
         return 2.0 / time * math.tan(omega * time / 2.0)
 
@@ -173,7 +173,7 @@ def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
 
 
 def _weights(name: str, ports: Sequence[str], sums: Mapping[str, Mapping[str, float]], where: str, kind: str) -> Array:
-    """Return the weight of each port in what `name` denotes: a port, or a sum of ports."""
+    """Return the weight of each port in the port or sum of ports that `name` denotes."""
     if name not in sums and name not in ports:
         raise ValueError(f"{where} = {name!r} is not allowed; {suggest(name, [*ports, *sums])}")
     weights = np.zeros(len(ports))

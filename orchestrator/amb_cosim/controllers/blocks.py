@@ -67,7 +67,7 @@ class BlockTable(Table):
     """Base class of blocks."""
 
     def speeds(self) -> list[float]:
-        """Return the speeds (rad/s) at which a parameter of the block is set."""
+        """Return the speeds (rad/s) at which the block must be evaluated; empty if it does not depend on speed."""
         return []
 
     def at(self, speed: float) -> Self:
@@ -136,9 +136,9 @@ class Notch(BlockTable):
     def speeds(self) -> list[float]:
         """Return the speeds (rad/s) of the points, and additional speeds between them.
 
-        Matrices are interpolated between these speeds, so w^2 varies linearly. Midway between w and w (1 + d), the
-        frequency is therefore too high by d^2/8 of w. If d = sqrt(8 OFF_CENTRE z), this error is the share `OFF_CENTRE`
-        of the half-width z w.
+        Matrices are interpolated between these speeds, so w^2 varies linearly, and not w. Midway between speeds with
+        the frequencies w and w (1 + d), the frequency is therefore too high by w d^2/8. If d = sqrt(8 OFF_CENTRE z),
+        this error is the share `OFF_CENTRE` of the half-width z w.
         """
         points = self._frequencies()
         if not points:

@@ -70,7 +70,7 @@ def _with_blocks(
 
 
 def _cheapest(matrices: Array, rows: Sequence[tuple[int, int]], columns: Sequence[tuple[int, int]]) -> list[Block]:
-    """Return the blocks that cover all nonzero entries at the lowest cost: a single one, or one per pair of ranges."""
+    """Return blocks that cover all nonzero entries: one, or one per pair of ranges, whichever costs less."""
     if not rows or not columns:
         return []
     filled = np.any(matrices != 0.0, axis=0)
@@ -80,7 +80,7 @@ def _cheapest(matrices: Array, rows: Sequence[tuple[int, int]], columns: Sequenc
 
 
 def _filled(filled: Bools, rows: tuple[int, int], columns: tuple[int, int]) -> list[Block]:
-    """Return the smallest block with all nonzero entries in a range of rows and columns; empty without such entries."""
+    """Return the smallest block with all nonzero entries of a range of rows and columns; none if all are zero."""
     at = np.argwhere(filled[slice(*rows), slice(*columns)])
     if not len(at):
         return []
@@ -90,7 +90,7 @@ def _filled(filled: Bools, rows: tuple[int, int], columns: tuple[int, int]) -> l
 
 
 def _joined(sizes: Sequence[int]) -> list[int]:
-    """Return the sizes of groups, small ones joined to n states with n^2 <= OVERHEAD for the lowest cost per state."""
+    """Return the sizes of groups; for least cost, neighbours are joined to groups of n states with n^2 <= OVERHEAD."""
     joined: list[int] = []
     for size in sizes:
         if joined and (joined[-1] + size) ** 2 <= OVERHEAD:

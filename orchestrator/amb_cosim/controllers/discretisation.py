@@ -8,8 +8,9 @@
     matched          poles and zeros by z = exp(s T), equal as s -> 0 (`_matched`); only for one signal and one demand
     impulse          the impulse response
 
-Balancing scales the states by powers of two until the rows and columns of A have similar norms. Rounding errors, mainly
-of the matrix exponential, are then relative to each state. The scaling is undone afterwards without rounding.
+Balancing scales the states by powers of two until the rows and columns of A have similar norms. Rounding errors, which
+are mainly due to the matrix exponential, are then small relative to each state. The scaling is undone afterwards
+without rounding.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
     method
         One of `METHODS`, for a continuous law.
     prewarp
-        Frequency at which `tustin` keeps the response (rad/s); none by default.
+        Frequency (rad/s) at which `tustin` preserves the response; none by default.
 
     Raises
     ------

@@ -23,7 +23,7 @@ FORMS = "a StateSpace or TransferFunction of control or scipy.signal, or arrays 
 
 @dataclass(frozen=True)
 class Law:
-    """Matrices A, B, C, D; `sample_time` is None for a continuous law, and 0 for a sampled law without a sample time.
+    """Matrices A, B, C, D; `sample_time` is None for a continuous law, and 0 if the time of a sampled law is unknown.
 
     Raises
     ------
@@ -101,9 +101,9 @@ def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
 
     Each section has two zeros and two poles, because a polynomial of high order would lose digits. A section with n
     poles and m zeros has the gain a^((n - m)/n), where a is the product of the magnitudes of its poles, so that the
-    signals between sections are of similar size. The first section has the remaining factor of k. If it had all of k,
-    the states of a low-pass of order 8 would differ by a factor of 1e26, and frequency responses would have no correct
-    digit.
+    signals between sections are of similar size. The remaining factor of k belongs to the first section. If the first
+    section had the whole factor k, the states of a low-pass of order 8 would differ by a factor of 1e26, and frequency
+    responses would have no correct digit.
     """
     from scipy.signal import zpk2sos
 
@@ -201,7 +201,7 @@ def _of_ratio(numerator: Any, denominator: Any) -> Law:
 
 
 def _step_of(dt: Any, continuous: float | None) -> float | None:
-    """Return the sample time that a library states: None if continuous, 0 if unspecified."""
+    """Return the sample time that a library states: None for a continuous law, 0 if the time is unspecified."""
     if dt is None or dt is False or (dt == continuous and dt is not True):
         return None
     return 0.0 if dt is True else float(dt)

@@ -168,7 +168,7 @@ def linear_controller(
         this is set), `zoh`, `foh`, `euler`, `backward_diff`, `matched` or `impulse`. Neither can be set for a sampled
         K.
     sampled_arrays
-        Whether arrays describe a sampled law, because arrays alone do not state this; arrays in a file do.
+        Whether arrays describe a sampled law. Arrays alone do not state this, whereas a file of arrays does.
     gains, offsets, limits
         Factor (default 1), added value (default 0 A), and smallest and largest value (A), for each demand or for all
         demands.
@@ -239,7 +239,9 @@ def _from_file(path: Path, options: Mapping[str, Any]) -> LinearController:
         raise ValueError(f"no controller file {str(path)!r}: its name must end with .toml or {' or '.join(SUFFIXES)}")
     try:
         if "sampled_arrays" in options:
-            raise ValueError("sampled_arrays is not allowed; the sample time in the file already determines it")
+            raise ValueError(
+                "sampled_arrays is not allowed; the sample time in the file states whether the arrays are sampled"
+            )
         content = read_blocks(path) if path.suffix == ".toml" else read_arrays(path)
         starts, stored = content.pop("starts", {}), content.get("outputs", [])
         controller = linear_controller(**content | dict(options))
@@ -257,7 +259,7 @@ def _from_file(path: Path, options: Mapping[str, Any]) -> LinearController:
 
 
 def _check_method(laws: Mapping[float, Law], given: Mapping[str, object]) -> None:
-    """Raise ValueError if a discretisation is given for laws that are already sampled and would ignore it."""
+    """Raise ValueError if a discretisation is given although the laws are already sampled."""
     for name, value in given.items():
         if value is not None and all(law.sample_time is not None for law in laws.values()):
             raise ValueError(f"{name} = {value} is not allowed; the law is already sampled")

@@ -9,9 +9,9 @@ whose modes are all outside the unit circle,
 
 is the gain of the Kalman filter for F without process noise, so A_s - W L C_s has the modes alpha^2 / conj(lambda). B.
 D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, chapter 4, with a prescribed degree of stability as in their
-Optimal Control, 1990. Modes that are unobservable from the demands are not included, and neither are modes that are
-hardly observable in comparison with others. Independent groups of states are first brought to a common scale, because
-their units may differ.
+Optimal Control, 1990. Modes that cannot be observed from the demands are not included, and neither are modes that are
+much less observable than others. Independent groups of states are first brought to a common scale, because their units
+may differ.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
 
 
 def _scales(maps: Sequence[Array]) -> list[float]:
-    """Return a factor for each group, a power of two, that makes the outputs of all slow modes similar in size.
+    """Return a factor for each group, a power of two; the factors make the outputs of all slow modes similar in size.
 
     Groups whose outputs differ by a factor of less than `ALIKE` keep the factor 1.
     """

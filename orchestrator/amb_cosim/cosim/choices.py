@@ -1,4 +1,4 @@
-"""User choices. This file and `errors` import nothing, so that help and errors are displayed immediately."""
+"""User choices. This module and `errors` import nothing, so that help and errors are displayed immediately."""
 
 from __future__ import annotations
 

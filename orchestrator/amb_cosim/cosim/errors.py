@@ -9,7 +9,7 @@ class FmuError(RuntimeError):
     """An FMU refused a call; `status` is its FMI status, and `log` contains its messages.
 
     If the FMU ended the run in a step, as FMI allows, `end` is the time (s) that it reached in this step, or NaN if it
-    stated no time. For all other calls, `end` is None.
+    stated no time. In all other cases, `end` is None.
     """
 
     def __init__(self, call: str, status: str, log: Sequence[str], end: float | None = None) -> None:
@@ -39,14 +39,14 @@ class StepFailed(RuntimeError):
 
     @classmethod
     def by(cls, component: str, time: float, error: Exception, cause: str = "") -> StepFailed:
-        """Return the error for a component whose step from `time` (s) raised `error`; the reason ends with `cause`."""
+        """Return the error for a component whose step from `time` (s) raised `error`; its reason ends with `cause`."""
         if isinstance(error, FmuError) and error.end is not None:
             return cls(component, time, f"{component} ended the run ({error.log_text})", error.end)
         return cls(component, time, f"{error}{cause}")
 
 
 class StartFailed(RuntimeError):
-    """The components cannot be initialised: one of them refuses, or their outputs do not settle."""
+    """The components cannot be initialised, because one of them refuses or their outputs do not settle."""
 
 
 class ProcessFailed(RuntimeError):

@@ -1,7 +1,7 @@
 """Systems in one FMU: the levitated rotor, or any system of models, with a scenario's start values.
 
-FMPy's container cannot hold such a system. The container only takes multiples of one fixed step, so a step cannot be
-divided at the samples with sums over its parts. It also saves no state, so a step cannot be repeated.
+FMPy's container cannot hold such a system. The container only makes steps that are multiples of one fixed step, so it
+cannot divide a step at the samples and sum over the parts. It also cannot save its state, so a step cannot be repeated.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def rolac_controller(rotor: RotorSource = None, receptances: Path | ReceptanceTa
 
 @made_from("linear_controller", "signal_chain", "amb_cosim.controllers")
 def linear_controller(file: Path | LinearController | None = None, **_: Any) -> Made:
-    """Return the linear controller from a file with arrays (`.npz`, `.mat`) or blocks (TOML), or from Python."""
+    """Return the linear controller in a file with arrays (`.npz`, `.mat`) or blocks (TOML), or in a Python object."""
     from amb_cosim.controllers.linear_controller import linear_controller as made_of
 
     if file is None:

@@ -66,7 +66,7 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
     if min(currents) < least or max(currents) > most:
         raise ValueError(
             f"bias_current = {p.bias_current:g} A plus static_current = {p.static_current:g} A is not allowed; "
-            f"the first and the sum must be >= {least:g} A and <= {most:g} A"
+            f"bias_current and the sum must both be >= {least:g} A and <= {most:g} A"
         )
     return p
 

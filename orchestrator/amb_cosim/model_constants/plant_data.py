@@ -73,8 +73,8 @@ def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:
     for site in bores:
         if site.name in rotor.nodes_by_name:
             raise ValueError(
-                f"the name {site.name!r} of a part of rotor {rotor.name!r} is not allowed here; the stator bore of "
-                f"{site.stator} needs it"
+                f"the name {site.name!r} of a part of rotor {rotor.name!r} is not allowed here, because the stator "
+                f"bore of {site.stator} has this name"
             )
     return tuple(bores)
 
@@ -201,7 +201,7 @@ def _accurate_to(rotor: Rotor) -> float:
 
 
 def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:
-    """Return, for each site, bearing and sensor, the sites that move it while all other coordinates are zero."""
+    """Return, for each site, bearing and sensor, the sites whose displacements alone move it."""
     rows = dict(zip((site.name for site in planes.sites), structure.sites.astype(int), strict=True))
     unit = np.eye(len(structure.K))
     weights = {name: unit[row] for name, row in rows.items()}
@@ -214,7 +214,7 @@ def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]
 
 
 def _fastest(structure: Structure) -> float:
-    """Return the largest eigenvalue (rad/s) of the rotor supported only by its seals, without gyroscopic forces."""
+    """Return the largest eigenvalue magnitude (rad/s) of the rotor on its seals alone, without gyroscopic forces."""
     if not structure.is_damped:
         return float(np.sqrt(np.max(np.abs(np.linalg.eigvals(structure.MinvK)))))
     identity, zero = np.eye(len(structure.K)), np.zeros_like(structure.K)
@@ -307,7 +307,7 @@ def constant_mass(seal: Bearing) -> Array:
 
 
 def seal_records(seals: Sequence[Bearing]) -> SealRecords:
-    """Return the records of seals for all ranges between the speeds in their tables."""
+    """Return a record of each seal for each range between the speeds in the seals' tables."""
     speeds = sorted({row.speed for seal in seals for row in seal.at_speed})
     records = np.zeros((len(speeds) + 1 if seals else 0, len(seals)), dtype=SEAL)
     for k, seal in enumerate(seals):

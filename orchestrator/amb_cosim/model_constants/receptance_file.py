@@ -37,7 +37,7 @@ _GAINS = ("k_b", "c_b", "k_integral", "k_s", "k_i", "k_p", "k_d")
 
 
 def loop_parameters(loop: ControlLoop, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
-    """Return the parameters on which a receptance depends, with values that are set, or else their start values."""
+    """Return the parameters on which a receptance depends, with the values that were set or else the start values."""
     values, table = parameters or {}, interface_of(loop)
     names = {
         *_SHARED,
@@ -219,7 +219,7 @@ def _lines(entry: Entry) -> list[str]:
 
 
 def _quoted(text: str) -> str:
-    """Return a TOML string: a JSON string in which the control character DEL, which JSON leaves, is escaped as well."""
+    """Return a TOML string: a JSON string in which the control character DEL, which JSON allows, is escaped as well."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
@@ -302,7 +302,7 @@ class _ReceptanceFile:
                 )
         keys = [(entry.order, entry.speed) for entry in self.receptance]
         if keys != sorted(set(keys)):
-            raise ValueError("the receptances must ascend, first in order and then in speed")
+            raise ValueError("the receptances must be listed by ascending order, and by ascending speed for each order")
 
 
 def _shape(matrix: Array) -> str:

@@ -104,7 +104,7 @@ def _texts(keys: Iterable[Any], form: str) -> list[str]:
 
 
 def units_of(owner: type[Any]) -> dict[str, str]:
-    """Return the unit of each field of a dataclass that has a unit, by the name of the field."""
+    """Return the units of those fields of a dataclass that have a unit, by the names of the fields."""
     return {name: unit for name, notes in _notes(owner).items() for unit in notes if isinstance(unit, str)}
 
 

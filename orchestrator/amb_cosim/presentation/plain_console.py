@@ -1,4 +1,4 @@
-"""The console that commands print on."""
+"""The console to which commands print."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from amb_cosim.presentation.printable import printable
 
 
 class PrintableConsole(Console):
-    """A console that sends no control characters except its own."""
+    """A console that sends no control characters to the terminal except those that it adds itself."""
 
     @property
     def file(self) -> IO[str]:

@@ -64,7 +64,7 @@ class StyledFigure(Figure):
         FigureCanvasAgg(self)
 
     def draw(self, renderer: RendererBase) -> None:
-        """Draw in the project's style. Matplotlib creates ticks only when it draws, with the settings of that time."""
+        """Draw in the project's style. Matplotlib creates ticks while it draws, with the style set then."""
         with mpl.rc_context(STYLE):
             super().draw(renderer)
 
@@ -73,14 +73,14 @@ class StyledFigure(Figure):
 
 
 def set_orbit_axes(panel: Axes, title: str, limit: float, label: str) -> None:
-    """Set the title, the label below, and equal axes up to `limit` in all directions, for a panel with an orbit."""
+    """Prepare a panel for an orbit: title, label below, and equal axes up to `limit` in all directions."""
     panel.set(title=title, xlabel=label, aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_locator(MaxNLocator(4, symmetric=True))
 
 
 def draw_retainer(panel: Axes, clearance: float, centre: tuple[float, float] = (0.0, 0.0)) -> None:
-    """Draw the inner edge of a retainer or bush as a grey ring below the orbits, which may lie on this ring."""
+    """Draw the inner edge of a retainer or bush as a grey ring behind the orbits, which may touch this ring."""
     panel.add_patch(Annulus(centre, (1.0 + RING) * clearance, RING * clearance, **RETAINER))
 
 
@@ -95,7 +95,7 @@ def samples(colours: Iterable[str], **options: Any) -> tuple[Line2D, ...]:
 
 
 def write_in_corner(panel: Axes, text: str, colour: str = "0.3", line: int = 0) -> None:
-    """Write a text into the upper right corner of a panel, in one of the lines from there on."""
+    """Write a text into the upper right corner of a panel, `line` lines below the top."""
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
     style: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 8, "color": colour, "bbox": box}
     panel.annotate(text, (0.99, 0.97), (0, -12 * line), "axes fraction", textcoords="offset points", **style)

@@ -8,7 +8,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 
 def templates_of(package: str, folder: str, finalize: Callable[[object], object] | None = None) -> Environment:
-    """Return the templates in a folder of a package; they apply `finalize` to each value, then escape it."""
+    """Return the templates in a folder of a package; they apply `finalize` to each value, then escape the result."""
     return Environment(
         finalize=finalize,
         loader=PackageLoader(package, folder),

@@ -130,7 +130,7 @@ def show_notices(sentences: Iterable[str]) -> None:
 
 
 def print_parts(parts: Iterable[TextBlock], console: Console | None = None) -> None:
-    """Print tables and lines in the chosen units, to standard output by default; lines in a file can be long."""
+    """Print tables and lines in the chosen units, to standard output by default; lines in a file are not wrapped."""
     console = console or plain_console()
     if not console.is_terminal:
         console = plain_console(file=console.file, width=WIDEST)

@@ -1,6 +1,6 @@
 """Units of figures, tables and pages: unless chosen, rpm for speeds, Hz for frequencies, and others by size.
 
-All of them use this module, so one choice applies to a whole command or notebook.
+Figures, tables and pages all use this module, so one choice applies to a whole command or notebook.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def parse_units(text: str) -> dict[str, str]:
 
 
 def speed_unit(usual: str = "rpm") -> ShownUnit:
-    """Return the unit of speeds, and of frequencies drawn against them: the usual one unless another was chosen."""
+    """Return the unit of speeds, and of frequencies plotted over speeds: the usual one unless another was chosen."""
     return _unit("speed", usual)
 
 

@@ -30,7 +30,7 @@ def is_sampled(dataset: Signals, site: str) -> bool:
 
 
 def peaks(dataset: Signals, site: str) -> Array | None:
-    """Return the largest normal force (N) between samples, or the force at samples; None if neither was recorded."""
+    """Return the largest normal force (N) since the previous sample, or that at samples; None if not recorded."""
     return _largest_between(dataset, _peaks(at_every_step(dataset), site))
 
 
@@ -57,7 +57,7 @@ def received_impulse(dataset: Signals, site: str) -> Array | None:
 
 
 def touches(dataset: Signals, site: str) -> Bools:
-    """Return which samples are in contact at a site, or follow a step with contact or impact; none if not recorded."""
+    """Return at which samples the rotor touches a site, or has touched it in the step before; none if not recorded."""
     recorded = (signal(dataset, f"{site}.{name}") for name in ("mode", "impulse", "f_n_peak"))
     touching = (values > 0.0 for values in recorded if values is not None)
     return reduce(np.logical_or, touching, np.zeros(dataset.sizes["time"], bool))
@@ -95,7 +95,7 @@ def _accumulated_impulse(dataset: Signals, site: str) -> Array | None:
 
 
 def _largest_between(dataset: Signals, values: Array | None) -> Array | None:
-    """Return the largest value in the steps since the previous sample, for each sample; each sample is also a step."""
+    """Return, for each sample, the largest of the `values` in the steps since the previous sample."""
     steps = at_every_step(dataset)
     if values is None or steps is dataset or not dataset.sizes["time"]:
         return values
@@ -104,7 +104,7 @@ def _largest_between(dataset: Signals, values: Array | None) -> Array | None:
 
 
 def _at_samples(dataset: Signals, values: Array | None) -> Array | None:
-    """Return the values of those steps that are samples of a record; each sample is also a step."""
+    """Return the values at the ends of those steps that end at a sample, as one step does for each sample."""
     steps = at_every_step(dataset)
     if values is None or steps is dataset:
         return values

@@ -77,7 +77,7 @@ def _while_loaded(dataset: Signals, name: str) -> NDArray[Any] | None:
 
 
 def in_contact(dataset: Signals) -> Bools | None:
-    """Return which samples are in contact, or follow a step with contact or an impact."""
+    """Return at which samples the rotor is in contact anywhere, or was in the step before."""
     state = signal(dataset, "contact_state")
     if state is None:
         return None
@@ -124,7 +124,7 @@ def recovery(dataset: Signals) -> Recovery | None:
 
 
 def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Recovery | None]:
-    """Return `recovered` and `recovery`, given the cycle `last` of the last contact, which is None without contact."""
+    """Return `recovered` and `recovery`; `last` is the cycle of the last contact, or None without contact."""
     if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
         return None, None
     disturbance, power_lost = dataset.attrs.get("disturbance_cycle"), power_lost_at(dataset)
@@ -150,7 +150,7 @@ def touches_at_the_end(dataset: Signals, last: float) -> bool:
 
 
 def turns_since_change(dataset: Signals) -> float:
-    """Return the turns since the last event, speed point or cycle 0, or the cycles if the rotor ends at rest."""
+    """Return the turns since the last event, speed point or cycle 0; if the rotor is at rest at the end, the cycles."""
     cycle, Omega = cycles(dataset), speed(dataset)
     stands = abs(Omega[-1]) < STANDING * np.abs(Omega).max()
     turned = cycle if stands else turns(dataset)
@@ -164,7 +164,7 @@ def _stays(dataset: Signals, last: float) -> bool:
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
-    """Return the mean whirl speed (rad/s) in contact at a site over the last cycle; None if the rotor ends free."""
+    """Return the mean whirl speed (rad/s) in contact at a site in the last cycle; None if free there at the end."""
     dataset = at_every_step(dataset)
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
     if mode is None or whirl is None or not len(mode) or mode[-1] == FREE:
@@ -192,7 +192,7 @@ def rolling_on_race_from(dataset: Signals) -> float | None:
 
 
 class _Rolling(NamedTuple):
-    """A period of rolling at a site: first cycle, net angles (rad) of whirl and race, whether it lasts to the end."""
+    """A period of rolling at a site: first cycle, net angles (rad) of whirl and race, and whether it still lasts."""
 
     site: str
     start: float

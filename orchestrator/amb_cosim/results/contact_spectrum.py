@@ -18,7 +18,7 @@ _SEGMENT = 256  # samples of a spectrum; of several, half overlapping, the mean 
 
 
 def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
-    """Return how much of the normal contact force's power is above the frequency up to which the reduction is valid.
+    """Return the share of a normal contact force's power above the frequency up to which the reduction is valid.
 
         share = sum(S(omega), omega > valid_to) / sum(S(omega))
 
@@ -28,9 +28,9 @@ def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
     Returns
     -------
     dict
-        The share at each site of `contact_history.touchable` other than faces. It is None if the rotor's FMU does not
-        state the frequency up to which its reduction is valid, or if the force is zero or was not recorded at every
-        step.
+        The share at each site of `contact_history.touchable` other than faces. The share is None if the rotor's FMU
+        does not state the frequency up to which its reduction is valid, or if the force is zero or was not recorded at
+        every step.
     """
     faces = places(dataset).faces
     return {site: _share(dataset, site) for site in touchable(dataset) if site not in faces}

@@ -32,7 +32,7 @@ class FreeVibration(NamedTuple):
 
 
 def free_vibration(motion: Array, turns: float) -> FreeVibration | None:
-    """Return the strongest vibration that is not periodic with the rotation; None if all lines belong to harmonics.
+    """Return the strongest vibration that is not periodic with the rotation; None if only harmonics of it exist.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ def _poles(motion: Array) -> Complex:
 
 
 def _fit(z: Complex, motion: Array) -> tuple[Complex, Complex, float]:
-    """Return the terms of (1), the amplitudes, and the mean square of the residual; growing terms end at 1."""
+    """Return the terms of (1), scaled to 1 at the end if they grow, the amplitudes, and the residual's mean square."""
     n = len(motion)
     k = np.arange(n)[:, None]
     exponents = np.where(np.abs(z) > 1.0, k - (n - 1), k)

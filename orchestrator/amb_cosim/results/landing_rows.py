@@ -20,7 +20,7 @@ def landing_rows(dataset: Signals, fall: Touchdown) -> Iterator[tuple[str, str]]
     touched, retainers = fall.retainers, {*places(dataset).retainers, *places(dataset).second, *places(dataset).faces}
     of_retainers = [name_label(site) for site in touched if site in retainers]
     others = [name_label(site) for site in touched if site not in retainers]
-    beside = f", and outside the retainers {', '.join(others)}" if others else ", nothing else"
+    beside = f", and outside the retainers: {', '.join(others)}" if others else ", nothing else"
     yield "touched", f"{', '.join(of_retainers) or 'no retainer'}{beside}"
     heats = {name_label(site): item.heat for site, item in touched.items() if item.heat is not None}
     if heats:

@@ -23,7 +23,7 @@ def control_current(dataset: Signals, axis: str) -> Array | None:
 
 
 def amplifier_off(dataset: Signals, axis: str) -> Bools:
-    """Return the samples at which the amplifier of an axis is off; none if that was not recorded."""
+    """Return the samples at which the amplifier of an axis is off; none if its state was not recorded."""
     off = _recorded(dataset, axis, f"{ACTUATOR}.{{}}.amplifier_off_{{}}")
     return np.zeros(dataset.sizes["time"], bool) if off is None else np.asarray(off, bool)
 

@@ -26,7 +26,7 @@ from array_types import Array
 
 
 class Use(NamedTuple):
-    """The largest share of a limit that is used, the value that uses it, the limit, and the axis."""
+    """The largest ratio of a value to its limit, with this value, the limit, and the name of the axis."""
 
     share: float
     value: float
@@ -52,7 +52,7 @@ def largest_use(
     values_of: Callable[[Signals, str], Array | None],
     limits_of: Callable[[Signals, str], Limits | None],
 ) -> Use | None:
-    """Return the largest share of a limit over all axes from cycle 0 on; None if no axis has values and limits.
+    """Return the largest ratio of a value to its limit over all axes from cycle 0 on; None without values and limits.
 
     share = max(max(v)/high, min(v)/low),   low < 0 < high
     """

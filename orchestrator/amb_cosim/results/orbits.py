@@ -89,7 +89,7 @@ def is_upright(dataset: Signals) -> bool:
 
 
 def gravity_across(dataset: Signals) -> float:
-    """Return the gravity across the shaft (m/s^2), which may be tilted if it can move along its axis."""
+    """Return the gravity across the shaft (m/s^2), reduced by the tilt of a shaft that can move along its axis."""
     values = parameters(dataset)
     gravity, tilt = float(values.get("gravity") or 0.0), float(values.get(f"{places(dataset).thrust}.tilt") or 0.0)
     across = gravity * float(np.cos(tilt))
@@ -142,7 +142,7 @@ def orbit_largest(dataset: Signals) -> dict[str, float | None]:
 
 
 def notices_of_start(dataset: Signals) -> list[str]:
-    """Return a sentence if the largest radius at a place belongs to a starting transient that has not settled.
+    """Return a sentence if the largest radius at a place belongs to a transient at the start of the run.
 
         R_k: largest radius in cycle k,    R_(k+1) < 0.95 R_k for k = 0 to n - 1,    R < 0.95 R_0 from cycle n on
 
@@ -166,7 +166,7 @@ def notices_of_start(dataset: Signals) -> list[str]:
     falls = ", ".join(f"{name_label(place)} {percent:.2g} %" for place, percent in falling.items())
     return [
         f"the largest orbit belongs to the transient at the start and shrinks after the first cycle "
-        f"(reduction: {falls}); increase settle_cycles"
+        f"(by {falls}); increase settle_cycles"
     ]
 
 
@@ -216,7 +216,7 @@ def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> floa
 
 
 def _is_steady(dataset: Signals, motion: Path | None, when: When) -> bool:
-    """Return whether the ellipses of the last two revolutions agree within `STEADY`, or one of them is missing."""
+    """Return whether the ellipses of the last two revolutions agree within `STEADY`; also true if one is missing."""
     last, before = (_circles(dataset, motion, when, back) for back in (0.0, 1.0))
     if last is None or before is None:
         return True

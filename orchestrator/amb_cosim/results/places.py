@@ -133,7 +133,8 @@ def _read(text: str) -> RotorPlaces:
 def places_of(assembly: Assembly) -> RotorPlaces:
     """Return the places of a system's plant, read from its FMU's layout or, without one, from its variable names.
 
-    In the latter case the first retainer belongs to the first bearing, and so on. A run without a plant has no places.
+    If they are read from the names, the first retainer belongs to the first bearing, and so on. A run without a plant
+    has no places.
     """
     if PLANT not in assembly.interfaces:
         return RotorPlaces({}, ())

@@ -16,14 +16,14 @@ from array_types import Bools
 
 
 def amplifiers_off(dataset: Signals) -> list[Bools]:
-    """Return the samples in which the amplifier is off, for each axis of a magnet with a switched amplifier."""
+    """Return the samples at which the amplifier is off, for each axis of a magnet with a switched amplifier."""
     axes = (axis.rsplit(".", 1) for axis in places(dataset).magnetic_axes)
     labels = [f"{ACTUATOR}.{magnet}.amplifier_off_{axis}" for magnet, axis in axes]
     return [np.asarray(dataset[label].values, bool) for label in labels if label in dataset]
 
 
 def without_power(dataset: Signals) -> Bools:
-    """Return the samples in which the amplifiers of all magnets are off; none without magnets."""
+    """Return the samples at which the amplifiers of all magnets are off; none without magnets."""
     off = amplifiers_off(dataset)
     if not off or len(off) < len(places(dataset).magnetic_axes):
         return np.zeros(dataset.sizes["time"], bool)
@@ -31,7 +31,7 @@ def without_power(dataset: Signals) -> Bools:
 
 
 def power_lost_at(dataset: Signals) -> float | None:
-    """Return the cycle from which no magnet has power to the end; None if one has power then, or there are none."""
+    """Return the first cycle after which no magnet has power; None if one has power at the end, or without magnets."""
     off = without_power(dataset)
     if not off.any() or not off[-1]:
         return None

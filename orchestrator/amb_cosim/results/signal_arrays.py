@@ -24,7 +24,7 @@ _CONTROL_ACTS = f"{CONTROLLER}.rolac_active"
 
 
 def finite_signals(dataset: Signals) -> tuple[Signals, tuple[str, ...]]:
-    """Return a record without the signals whose values are not finite or exceed `LARGEST`, and those signals' names.
+    """Return a record without signals that are not finite or exceed `LARGEST`, and the names of these signals.
 
     FMUs and files from elsewhere may contain such values, from which no key value or limit of an axis can be computed.
     """
@@ -56,7 +56,7 @@ def not_finite(left_out: Sequence[str]) -> str:
 
 
 def at_every_step(dataset: Signals) -> Signals:
-    """Return the values of every step of a thinned record, over `time` and `cycle`, or any other record unchanged.
+    """Return the values of a thinned record at every step, over `time` and `cycle`; return other records unchanged.
 
     In a long run each row covers several steps, with the largest values, the sums or the means over them.
     """

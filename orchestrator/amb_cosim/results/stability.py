@@ -110,7 +110,7 @@ def _is_steady(values: Array) -> bool:
     """Return whether the mean squares of a signal and of its rate, which depends on its frequency, stay constant.
 
     For steady vibration or noise they agree in the first and the last third of the time to within a factor of `GROWTH`.
-    For a signal that begins, grows, fades or sweeps they do not.
+    For a signal that begins, grows, fades or sweeps, they differ by more.
     """
     for signal_or_rate in (values - values.mean(), np.diff(values)):
         first, _, last = (float(np.mean(part**2)) for part in np.array_split(signal_or_rate, 3))

@@ -43,7 +43,7 @@ class Summary:
     stopped
         The stop condition that ended the run, if any.
     settling, simulated, wall
-        Time simulated before and after cycle 0, and the wall-clock time of the latter (s).
+        Time simulated before and after cycle 0, and the wall-clock time of the simulation after cycle 0 (s).
     real_time_factor
         Simulated time divided by wall-clock time.
     steps_by_method
@@ -62,7 +62,7 @@ class Summary:
     peak_impulse
         Largest normal impulse of the impacts within a step at each site (N s).
     events
-        Names of the events that are the `disturbance` and the `relief` of the run, by role.
+        Names of the events with the roles `disturbance` and `relief`, by role.
     event_cycles
         Cycles at which these events happen.
     contact_share

@@ -85,7 +85,7 @@ def _all_rows(summary: Summary) -> Iterator[tuple[str, str]]:
 
 
 def _rows_at_places(summary: Summary) -> Iterator[tuple[str, str]]:
-    """Return the forces and orbits that are nonzero at some place, each with a unit that suits its size."""
+    """Yield labels and texts of the forces and orbits that are nonzero at some place, in units that suit them."""
     sampled = ", of the samples" if any(summary.peak_is_sampled.values()) else ""
     band = "" if summary.peak_band is None else f",\nmodes to {frequency_unit().text(summary.peak_band)}"
     for label, values in (
@@ -172,5 +172,5 @@ def _of_retainer(retainer: Retainer) -> str:
     if retainer.temperature is not None:
         lines[2] += f", up to {temperature_text(retainer.temperature)}"
     if retainer.race_spin_up is not None:
-        lines.append(f"race at speed {number(retainer.race_spin_up)} s after the first contact")
+        lines.append(f"race spun up {number(retainer.race_spin_up)} s after the first contact")
     return "\n".join(lines)

@@ -54,8 +54,8 @@ class Retainer:
         `backward` if the rotor whirled backward about the site at any time, by at least `WHIRLS` (see `_most_turning`);
         otherwise `forward` if it whirled forward by as much, and `none` if it did neither.
     whirl_speed
-        Mean whirl speed in contact during that whirl (rad/s), negative for backward whirl. It is averaged over the
-        angle turned, so that a rotor at rest does not count.
+        Mean whirl speed in contact during that whirl (rad/s), negative for backward whirl. The average is weighted by
+        the angle of whirl, so that times at rest do not count.
     impulse
         Sum of the impulses of impacts and of the time integral of the normal force (N s).
     friction
@@ -239,7 +239,7 @@ def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
 
 
 def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
-    """Return the direction in which the rotor whirls about a site at any time, and that whirl's mean speed (rad/s).
+    """Return the direction of the rotor's whirl about a site (backward takes precedence), and its mean speed (rad/s).
 
     A flight between contacts counts as half a turn at most, because a levitated rotor that orbits without contact, or
     passes the centre, does not whirl about a retainer.
@@ -271,7 +271,8 @@ def _most_turning(angles: Array) -> tuple[float, int, int]:
         sum(angles) - sum(|angles|)/2                                                                 (1)
 
     For a motion in one direction, (1) is half the angle. For a motion whose net angle is half of its total angle, (1)
-    is 0. If (1) is at least pi, the net angle is at least a turn. Further angles never reduce the result.
+    is 0. If (1) is at least pi, the net angle is at least a turn. The largest value never decreases if angles are
+    appended.
     """
     total = np.append(0.0, np.cumsum(angles - 0.5 * np.abs(angles)))
     gained = total - np.minimum.accumulate(total)
@@ -296,9 +297,9 @@ def _race_spin_up(after: Signals, site: str) -> float | None:
 
 
 def _lying(after: Signals, contact: Bools, sites: Iterable[str]) -> list[tuple[Path, float]]:
-    """Return position (or gap, at faces) and clearance at each site, if the rotor touches in the run's last part.
+    """Return position (or gap, at faces) and clearance at each site, if there is contact in the last part of the run.
 
-    The list is empty if there is no contact then, as in levitation, or if a position was not recorded.
+    The list is empty without such contact, as in levitation, or if a position was not recorded.
     """
     values = parameters(after)
     recorded = [(_position(after, site), values.get(f"{site}.clearance")) for site in sites]

@@ -63,12 +63,12 @@ class Verdict:
     word
         `recovered`: the rotor touched, and has been free of contact for five cycles. `trapped`: it touches in the last
         cycle, at least ten turns after the last change of its excitation (see `contact_history.recovery`). `undecided`:
-        the run ends too early for either. `rolled`: it rolls on a site at the end. `landed`: it touched after all
-        magnets lost their power, and the magnets are still off. `stator`: it touched the stator of a magnetic bearing
-        at any time. `levitated`: it never touched, or not after the disturbance. `free`: the same for a rotor that has
-        no magnets, or whose magnets have no power at the end. `unstable`: its orbit grows, or its amplifiers stay at
-        their limits or bound a self-excited vibration. `failed` and `interrupted`: the run did not complete.
-        `completed`: contact was not recorded.
+        the run ends too early to decide between these two. `rolled`: it rolls on a site at the end. `landed`: it
+        touched after all magnets lost their power, and the magnets are still off. `stator`: it touched the stator of a
+        magnetic bearing at any time. `levitated`: it never touched, or not after the disturbance. `free`: as
+        `levitated`, but for a rotor that has no magnets, or whose magnets have no power at the end. `unstable`: its
+        orbit grows, or its amplifiers stay at their limits or bound a self-excited vibration. `failed` and
+        `interrupted`: the run did not complete. `completed`: the run completed, but contact was not recorded.
     sentence
         The reason, with its values.
     facts
@@ -142,7 +142,7 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         rest, rocks = (None, None) if fall is None else (fall.rest_after, fall.rocks_within)
         if not touched:
             return "landed", f"no magnet has power, and the rotor has not touched since {_moment(dataset, last)}"
-        lies = "the rotor is still moving on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
+        lies = "the rotor is still moving on" if rest is None else f"the rotor came to rest after {rest:.3g} s on"
         lies = f"{lies} {where}" if rocks is None else f"the rotor lies on {where} and swings up to {rocks:.0f} deg"
         return "landed", f"no magnet has power, and {lies}{_whirled(fall)}"
     return recovery if recovery == "trapped" else "undecided", _at_the_end(dataset, last)
@@ -162,7 +162,7 @@ def _at_the_end(dataset: Signals, last: float) -> str:
 
 
 def _whirled(fall: Touchdown | None) -> str:
-    """Return whether the rotor whirled during a landing; empty if this was not recorded."""
+    """Return a phrase on whether and how the rotor whirled during a landing; empty if this was not recorded."""
     if fall is None or all(item.whirl is None for item in fall.retainers.values()):
         return ""
     whirled = whirl_text(fall)
@@ -174,7 +174,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _whirl(dataset: Signals, site: str) -> str:
-    """Return a site with the direction and the speed of the whirl in its last cycle."""
+    """Return the name of a site, with direction and speed of the whirl there in the last cycle of the run."""
     whirl = contact_history.whirl_at_the_end(dataset, site) or 0.0
     direction = "forward" if whirl > 0.0 else "backward"
     return f"{name_label(site)} ({direction} whirl, {speed_unit().text(abs(whirl))})"
@@ -186,7 +186,7 @@ def _moment(dataset: Signals, cycle: float) -> str:
 
 
 def _at(dataset: Signals, cycle: float) -> tuple[str, str]:
-    """Return a cycle and its time; if the speed changes, return a time and its speed, because cycles are not turns."""
+    """Return a cycle and its time; if the speed changes, so that cycles are not turns, return time and speed."""
     time = float(np.interp(cycle, cycles(dataset), dataset["time"].values))
     if not speed_changes(dataset):
         return f"cycle {cycle:.4g}", f"{time:.3g} s"
@@ -202,7 +202,7 @@ def _touched_at_the_end(dataset: Signals, within: float = contact_history.RECOVE
 
 
 def _speed(dataset: Signals) -> tuple[str, str] | None:
-    """Return the spin speed; if it changes, its first and last values or, if it goes beyond them, its bounds."""
+    """Return the spin speed; if it changes, its first and last values or, if it exceeds their range, its limits."""
     unit, Omega = speed_unit(), speed(dataset)[cycles(dataset) >= 0.0]
     if not len(Omega):
         return None

@@ -3,8 +3,8 @@
 In Gauss-Seidel order the controller's currents act from the instant of its sample. In Jacobi order all values are
 exchanged at the end of a step, so the currents leave the controller one step after the displacements, and the force
 leaves the actuator another step later. With step h this adds a delay of 2 h to the loop. A delay tau reduces the loop's
-phase margin by omega tau, and thus reduces its damping. A controller that predicts displacements by 2 h compensates
-this delay to first order in h; the remainder grows with (omega h)^2. See `docs/coupling.md`.
+phase margin by omega tau, and thus reduces its damping. A controller that predicts displacements 2 h ahead compensates
+for this delay to first order in h; the remainder grows with (omega h)^2. See `docs/coupling.md`.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ def coupling_warning(
 
     In Jacobi order, a step of up to a fifth of the sample time is accepted. The sample time indicates the bandwidth of
     the loop, so this limit bounds the phase lag of the delay. With such a step and no prediction, the orbit of a rub in
-    a loop sampled at 4 kHz is within 5 % of the orbit in Gauss-Seidel order. A loop with little margin at 10 kHz
-    requires prediction and a step of a tenth of the sample time. `docs/coupling.md` describes both.
+    a loop sampled at 4 kHz is within 5 % of the orbit in Gauss-Seidel order. A loop with little margin that is sampled
+    at 10 kHz requires prediction and a step of a tenth of the sample time. `docs/coupling.md` describes both.
 
     Parameters
     ----------
@@ -59,6 +59,6 @@ def coupling_warning(
     whose = "of the controller's sample time" if sample_time else f"of {1e6 * USUAL_SAMPLE_TIME:g} µs between samples"
     return (
         f"with communication_step = {step:g} µs in Jacobi order each force comes {lag:g} µs after the displacements "
-        f"that it responds to{compensation}; this changes the damping of a levitated rotor, or makes it unstable. "
+        f"that it responds to{compensation}; this changes the damping of a levitated rotor and may make it unstable. "
         f"Keep to steps of at most {most:g} µs, a fifth {whose}"
     )

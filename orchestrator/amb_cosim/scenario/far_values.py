@@ -72,7 +72,7 @@ class StatedValues:
             return []
 
     def _magnitude(self, variable: str, unit: str, label: str) -> float:
-        """Return the largest magnitude stated for a variable or, if none is stated, that of its start value."""
+        """Return the largest magnitude stated for a variable, or the magnitude of its start value if none is stated."""
         tables = [event.set for event in self.scenario.event if label and event.name == label]
         stated = {
             f"{component}.{name}": raw

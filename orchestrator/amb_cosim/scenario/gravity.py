@@ -49,7 +49,7 @@ def set_gravity(missing: MissingParameters, scenario: Scenario) -> list[str]:
     """Apply the gravity of a scenario, if any; magnetic bearings, if any, then carry the weight of the centred rotor.
 
     The forces of the bearings become total forces, and each axis gets the static current that carries its share of the
-    weight. A replacement of the bearings that has no `total_force` must carry the weight itself. Without gravity
+    weight. An FMU that replaces the bearings and has no `total_force` must carry the weight itself. Without gravity
     nothing is set; the returned warnings then name static currents that keep the model's start values although other
     data of the magnets are set.
 
@@ -136,7 +136,7 @@ def _carry_weight(missing: MissingParameters, source: RotorSource) -> None:
 
 @lru_cache(maxsize=8)
 def _carried(rotor: Rotor, passive: tuple[tuple[str, float], ...], Omega: float) -> Mapping[str, Array]:
-    """Return the tensor (kg) of each bearing's load at a spin speed (rad/s), which all runs of a rotor share.
+    """Return, by bearing, the tensor (kg) from gravity to load at a spin speed (rad/s); runs of a rotor share it.
 
     Bearings without a magnet's force act as springs with the stiffness (N/m) in `passive`.
     """

@@ -44,7 +44,8 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
     The currents i_min and i_max are the ones that the coils allow (`coil_limits`), because the integral part of a PID
     controller would wind up beyond the range of the actuator. K_s and K_i are the slopes of the magnet's force law at
     its centre. A warning names settings that differ from these slopes by more than a factor of `LARGEST_RATIO`. It also
-    names measured constants that differ as much from those of a geometry that is set without them.
+    names measured constants that differ as much from the constants that follow from a geometry, if only the geometry is
+    set.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
 
 
 def set_test_force(missing: MissingParameters) -> None:
-    """Scale an identification's test force by the force of the magnets relative to that at the actuator's start values.
+    """Scale the test force of identification by the ratio of the magnets' force to that of the actuator's start values.
 
     A(f) of `rolac_controller.excitation` suits the magnets of the start values. For other magnets, a test force in
     proportion to
@@ -82,8 +83,8 @@ def set_test_force(missing: MissingParameters) -> None:
         K_i I_b = k I_b^2/s_0^2,    k = 4 mu_0 N^2 A cos(phi)                                        (1)
 
     without static load, uses the same share of their currents and of their gap, because K_s is about K_i I_b/s_0. The
-    weakest axis decides. If the magnets are measured, K_i is the measured constant. A(f) is not changed if the two
-    forces differ by less than a factor of `LARGEST_RATIO`.
+    axis with the smallest ratio determines the test force. If the magnets are measured, K_i is the measured constant.
+    A(f) is not changed if the two forces differ by less than a factor of `LARGEST_RATIO`.
 
     Parameters
     ----------

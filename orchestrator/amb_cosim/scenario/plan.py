@@ -164,7 +164,7 @@ def _end(scenario: Scenario, until: Raw | None, period: float, h: float) -> tupl
 
 
 def _events_after(scenario: Scenario, end: float, period: float) -> tuple[str, ...]:
-    """Return a notice for each event of a scenario that is not before its end (s)."""
+    """Return a notice for each event of a scenario that is not before the end (s) of the run."""
     unnamed = tuple(event for event in scenario.event if not event.name)
     changes: tuple[Event | InputProfile, ...] = (*unnamed, *scenario.named_changes)
     late = [(change.described, time) for change in changes if (time := change.moment(period)) >= end]
@@ -181,8 +181,8 @@ def _release(
     """Hold the speed of a free spin, and return the change that releases it at the first event, or at cycle 0.
 
     If the motion settled under a drive with a limit, the run would not begin at the speed of the scenario. A changing
-    speed counts as an event at cycle 0, and marked changes also count as events. Scenarios that set `drive.ideal` are
-    left as they are.
+    speed counts as an event at cycle 0, and changes in `marks` also count as events. Scenarios that set `drive.ideal`
+    are left as they are.
     """
     ideal = f"{PLANT}.{IDEAL}"
     if PLANT not in values.interfaces or IDEAL not in values.interfaces[PLANT].ports:
@@ -211,7 +211,7 @@ def _with_first_angle(plan: Plan, cycles: float) -> Mapping[str, Mapping[str, fl
 
 @dataclass(frozen=True)
 class ScenarioStart:
-    """Start of a scenario without its events: values, warnings, and why its motion cannot be solved, if so."""
+    """Start of a scenario without its events: values, warnings, and any reason why its settling must be simulated."""
 
     values: Assignments
     warnings: tuple[str, ...]
@@ -221,8 +221,9 @@ class ScenarioStart:
 def start_of(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None) -> ScenarioStart:
     """Return the start of a scenario; arguments and errors are those of `scenario_plan`.
 
-    In Jacobi order, a controller that can predict does so over the delay, unless its prediction time is set. Values in
-    `settings` are refused if they are texts without a unit and far from the scenario's values.
+    In Jacobi order, a controller that can predict displacements predicts them over the delay of the loop, unless its
+    prediction time is set. Values in `settings` are refused if they are texts without a unit and far from the
+    scenario's values.
     """
     values = assembly.assignments()
     with errors_in(f"scenario {scenario.name}"):
@@ -280,7 +281,7 @@ def _contact(places: RotorPlaces) -> dict[str, OverStep]:
 def _scaled(
     variables: Mapping[str, Mapping[str, Raw]], scenario: Scenario, values: Assignments, only: str | None = None
 ) -> list[tuple[str, Raw]]:
-    """Return names and values of inputs, including missing ones; the scenario's factor scales unbalances (kg m)."""
+    """Return names and values of inputs, including ones that FMUs lack; unbalances (kg m) are scaled by the factor."""
     scaled: list[tuple[str, Raw]] = []
     for component, table in variables.items():
         for variable, raw in table.items():

@@ -39,7 +39,7 @@ def idle_switches(values: Assignments, stated: Collection[str]) -> list[str]:
     if chosen == CUSTOM or not idle:
         return []
     settings = ", ".join(f"{switch} = {'true' if values.parameter(switch) else 'false'}" for switch in idle)
-    return [f"{settings} has no effect while {name} = {chosen}; it takes effect with {name} = {CUSTOM}"]
+    return [f"{settings} has no effect while {name} = {chosen}; to apply it, set {name} = {CUSTOM}"]
 
 
 def unsteady_effects(values: Assignments) -> str:
@@ -95,8 +95,8 @@ def viscous_losses(assembly: Assembly) -> list[str]:
     losses = {name: (fmu.layout or {}).get("loss_factor", 0.0) for name, fmu in assembly.fmus.items()}
     return [
         f"{name}: loss_factor = {eta:g} acts as viscous damping with equal loss in the elastic modes of the free rotor "
-        "at rest; on stiff supports it is too weak, and its effect on whirl slower than the spin grows with the spin "
-        "('study campbell' uses the loss factor itself)"
+        "at rest; this damping is too weak on stiff supports, and its effect on whirl slower than the spin "
+        "grows with the spin ('study campbell' uses the loss factor itself)"
         for name, eta in losses.items()
         if eta
     ]

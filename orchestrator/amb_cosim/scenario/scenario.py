@@ -95,11 +95,12 @@ class Scenario(Table):
     coupling: Coupling | None = None
     """Order in which the components step; default: the system's order."""
     communication_step: Value | None = None
-    """Step after which values are exchanged. The default is 250 us, or 25 us in Jacobi order. In Jacobi order, a
-    controller with the parameter `prediction_time` predicts two steps ahead unless `prediction_time` is set.
+    """Time step after which the components exchange values. The default is 250 us, or 25 us in Jacobi order. In
+    Jacobi order, a controller with the parameter `prediction_time` predicts two steps ahead unless
+    `prediction_time` is set.
     """
     Omega: Value
-    """Speed up to cycle 0, and afterwards unless `speed` has points. A file states its unit; a number is in rad/s."""
+    """Speed until cycle 0, and after it unless `speed` has points. A file states its unit; a number is in rad/s."""
     gravity: Value | None = None
     """Gravitational acceleration. The static currents of magnetic bearings carry the weight, and the rotor
     levitates at its setpoint; parameters set in the scenario keep their values. Without the key, static currents keep
@@ -113,8 +114,8 @@ class Scenario(Table):
     its file moves along the shaft.
     """
     settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
-    """Revolutions before cycle 0 in which the motion settles. The rotor angle at cycle 0 is `initial.angle` of the
-    rotor plus these revolutions, with any communication step."""
+    """Revolutions before cycle 0 in which the motion settles. With any communication step, the rotor angle at cycle 0
+    is `initial.angle` of the rotor plus these revolutions."""
     settling: Settling = "simulated"
     """How the motion before cycle 0 is found: `simulated` over `settle_cycles`; `solved` as a steady motion, followed
     by a simulated revolution that ends at the same rotor angle; or `automatic`, which solves if possible. Solving is
@@ -153,7 +154,7 @@ class Scenario(Table):
         return load_scenario(str(name))
 
     def changed(self, **fields: Any) -> Scenario:
-        """Return the scenario with other fields; tables (`inputs`, `parameters`, ...) are merged, others are replaced.
+        """Return the scenario with other values of fields; tables (`inputs`, ...) are merged, all else is replaced.
 
         Raises
         ------
@@ -261,7 +262,7 @@ def checked_speed(speed: float, written: Raw = 0.0) -> float:
     """
     require_speed_unit(written)
     shown = stated(speed_text(speed), written)
-    require(0.0 <= speed < math.inf, "Omega", shown, f">= {speed_text(0.0)}, because cycles count its revolutions")
+    require(0.0 <= speed < math.inf, "Omega", shown, f">= {speed_text(0.0)}, because cycles count revolutions")
     return speed
 
 
@@ -374,7 +375,7 @@ def _check_speeds(scenario: Scenario, period: float) -> None:
             what = (
                 f"at > {before:g} s, after the previous point"
                 if before
-                else "at > 0 s, because Omega defines the start"
+                else "at > 0 s, because Omega is the speed at 0 s"
             )
             raise ValueError(f"speed point at {moment:g} s is not allowed; it must be {what}")
         checked_speed(quantity(point.Omega, "rad/s", "Omega"), point.Omega)

@@ -63,14 +63,14 @@ class _Named(Table):
 
 
 class Event(_Named, _Moment):
-    """New values of inputs and tunable parameters from a point in time."""
+    """New values that inputs and tunable parameters have from a point in time on."""
 
     set: dict[str, Values]
     """New values, by component and variable."""
 
     @property
     def described(self) -> str:
-        """`event step` or, for an event without a name, `the event that sets rotor_contact`."""
+        """The event in messages: `event step` or, without a name, `the event that sets rotor_contact`."""
         return f"event {self.name}" if self.name else f"the event that sets {', '.join(self.set)}"
 
 
@@ -82,7 +82,7 @@ class InputProfile(_Named, ProfileTable):
 
     @property
     def described(self) -> str:
-        """`profile air_inrush`."""
+        """The profile in messages, such as `profile air_inrush`."""
         return f"profile {self.name or self.variable or self.file}"
 
     def moment(self, period: float) -> float:
@@ -99,14 +99,14 @@ def _beginning(profile: Profile) -> float:
 
 
 class SpeedPoint(_Moment):
-    """A speed at a point in time; the speed changes linearly from the previous point."""
+    """A speed at a point in time; from the previous point, the speed changes linearly to this value."""
 
     Omega: Value
     """Speed at that time."""
 
     @property
     def described(self) -> str:
-        """`the speed point with Omega = 960 rpm`."""
+        """The speed point in messages: `the speed point with Omega = 960 rpm`."""
         return f"the speed point with Omega = {self.Omega}"
 
 

@@ -90,7 +90,7 @@ def lacking_stators(
         return []
     return [
         f"the run before t = {start.time:.9g} s had no stators at {', '.join(missing)}, whose amplifiers are switched "
-        "off; a rotor that crosses the air gap there ends this run"
+        "off now; if the rotor crosses the air gap there, this run ends"
     ]
 
 
@@ -117,8 +117,8 @@ def set_stators(values: Assignments, bearings: Sequence[str], assigned: Iterable
         The bearings with such a site. If the rotor itself declares a site there, the values of that site are not
         changed.
     assigned
-        Names and patterns, `component.variable`, of all parameters that a user has set. Patterns that also match other
-        sites are meant for those sites only.
+        Names and patterns, `component.variable`, of all parameters that a user has set. A pattern that also matches
+        other sites is taken to mean only the other sites.
     """
     names = [port.name for port in values.interfaces[PLANT].of("parameter")]
     sites = {stator_site(bearing): bearing for bearing in bearings}

@@ -1,4 +1,4 @@
-"""Guards: the native slave, whose kernels PythonFMU's library calls; one guard per platform serves all models."""
+"""Guards: native slaves that run their kernels through PythonFMU's library; one per platform serves all models."""
 
 from __future__ import annotations
 
@@ -54,7 +54,9 @@ def check_guarded(platforms: Iterable[str]) -> list[str]:
 
 
 def _compile(platform: str) -> Engine:
-    require_extra("native", f"there is no guard of flavour python for {platform} yet; compiling it", "ziglang")
+    require_extra(
+        "native", f"the guard for FMUs of flavour python is not compiled for {platform} yet; compiling it", "ziglang"
+    )
     sources = texts_of(SLAVE + _beside(*SOURCES, SYSTEMS[platform]))
     sources["engine_key.h"] = f'#define ENGINE_KEY "{guard_key()}"\n'
     library = compile_library("guard", sources, platform)

@@ -1,1 +1,1 @@
-"""The native flavour: builds an FMU that needs no Python from a model's kernels, for five platforms."""
+"""The native flavour: builds an FMU from a model's kernels for five platforms; the FMU runs without Python."""

@@ -142,7 +142,7 @@ def check_compiler() -> str:
     theirs = int(result[1]) if result else 0
     if ours != theirs:
         raise ValueError(
-            f"numba writes code of LLVM {ours}, but the installed ziglang reads LLVM {theirs}; "
+            f"numba writes code for LLVM {ours}, but the installed ziglang reads LLVM {theirs}; "
             f"install a ziglang with LLVM {ours} or a numba with LLVM {theirs}"
         )
     return importlib.metadata.version("ziglang")
@@ -163,7 +163,7 @@ def _zig(arguments: list[str], folder: Path) -> str:
 
 
 def _cache(folder: Path) -> dict[str, str]:
-    """Return the environment variable for zig's cache, a path in `folder`; empty if the usual cache is private."""
+    """Return zig's cache variable, a path in `folder`; none if it is already set or the usual cache is private."""
     usual = platformdirs.user_cache_path("zig", appauthor=False)
     with suppress(OSError):
         usual.mkdir(parents=True, exist_ok=True)

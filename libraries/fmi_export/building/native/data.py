@@ -88,11 +88,13 @@ class _Texts:
         """Raise a ValueError if the engine would truncate a sentence."""
         size = len(sentence.encode()) + NUMBER * numbers
         if size > ROOM:
-            raise ValueError(f"{self.model}: an FMU has {ROOM} bytes for a sentence; {size} are too many: {sentence}")
+            raise ValueError(
+                f"{self.model}: a message of an FMU must fit in {ROOM} bytes; this one needs up to {size}: {sentence}"
+            )
 
 
 def sizes(model: Model, constants: Array) -> tuple[int, int]:
-    """Return the sizes (1 or more) of a model's state and work array; an assembly's are as in `assembly.c`."""
+    """Return the sizes (1 or more) of a model's state and work array; those of an assembly match `assembly.c`."""
     if not model.parts:
         return _size(model.n_state, constants), _size(model.n_work, constants)
     n_state, n_work = 2, 0  # a clock
@@ -163,7 +165,7 @@ def _sentences(model: Model, sentences: Mapping[int, str], pieces: list[bytes], 
         for text, name in re.findall(r"([^{]*)(?:\{([^}]+)\})?", sentence):
             if name not in position:
                 raise ValueError(
-                    f"{model.name}: a fault's sentence names {name!r}, which is not a variable: {sentence!r}"
+                    f"{model.name}: the message of a fault names {name!r}, which is not a variable: {sentence!r}"
                 )
             if text or name:
                 pieces.append(PIECE.pack(texts.place(text), position[name]))

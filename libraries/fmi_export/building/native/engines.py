@@ -1,4 +1,4 @@
-"""Engines: the machine code of models for a platform, which does not depend on interface and constants.
+"""Engines: the machine code of models for a platform, independent of the models' interfaces and constants.
 
 An engine consists of the slave in C and the two lowered kernels of a model or, for an assembly, of each model in it. It
 is taken from the installed package or from the user's cache; if neither contains it, it is compiled.
@@ -141,7 +141,9 @@ def _name(models: Sequence[Kernels]) -> str:
 
 
 def _compile(models: Sequence[Kernels], platform: str) -> Engine:
-    purpose = f"there is no engine of {_name(models)} for {platform} yet (flavour python needs none); compiling it"
+    purpose = (
+        f"the engine of {_name(models)} for {platform} is not compiled yet (flavour python needs none); compiling it"
+    )
     require_extra("native", purpose, "numba", "ziglang")
     check_compiler()
     library = compile_library(models[0].name, engine_sources(models), platform)

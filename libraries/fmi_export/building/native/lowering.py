@@ -88,17 +88,22 @@ def lower(model: Kernels) -> str:
         )
         if process.returncode != 0:
             reason = process.stderr.strip().splitlines() or [f"numba's process ended with {process.returncode}"]
-            raise ValueError(f"{model.name} cannot be built without Python: {reason[-1]}")
+            raise ValueError(f"{model.name} cannot be built as an FMU without Python: {reason[-1]}")
         return target.read_text(encoding="utf-8")
 
 
 def _place(name: str, kernel: Any) -> tuple[str, str]:
     """Return the module and the name by which another process can find a kernel."""
     if not hasattr(kernel, "py_func"):
-        raise ValueError(f"{name} cannot be built without Python: its kernels are not compiled; install numba")
+        raise ValueError(
+            f"{name} cannot be built as an FMU without Python, because numba does not compile its kernels; "
+            "install numba"
+        )
     module, function = kernel.py_func.__module__, kernel.py_func.__qualname__
     if getattr(sys.modules.get(module), function, None) is not kernel:
-        raise ValueError(f"{name} cannot be built without Python: there is no kernel {function} in module {module}")
+        raise ValueError(
+            f"{name} cannot be built as an FMU without Python: there is no kernel {function} in module {module}"
+        )
     return module, function
 
 
@@ -119,12 +124,12 @@ def main() -> None:
 
 
 def _single_line(error: Exception) -> str:
-    """Return numba's message in a single line; if code requires its run-time system, return the place of the code."""
+    """Return numba's message in one line, or the location of the code that requires numba's run-time system."""
     text = " ".join(str(error).split()) or repr(error)
     if "NRT required" not in text and "Only accept returning of array" not in text:
         return text
     place = next((p for p in re.findall(r" at (\S+ \(\d+\))", text) if "/numba/" not in p), "")
-    return f"a kernel must not allocate, return an array or raise an exception with values in it: {place}"
+    return f"a kernel must not allocate, return an array or raise an exception that contains values: {place}"
 
 
 def _initialise_entry(kernel: Callable[..., int]) -> Any:
@@ -175,7 +180,7 @@ def without_python(entries: list[Any]) -> str:
 
 
 def _shorten_names(assembly: str) -> str:
-    """Replace long names of blocks and values; names in inlined code are long because they contain the function's."""
+    """Replace long names of blocks and values; names in inlined code are long, as they contain the function's name."""
     names: dict[str, str] = {}
     return re.sub(
         r'(?<=%)[-\w$.]{100,}|^[-\w$.]{100,}(?=:)|(?<=%)"[^"\n]{100,}"|^"[^"\n]{100,}"(?=:)',

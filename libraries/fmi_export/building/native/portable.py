@@ -1,9 +1,9 @@
 """The C code of an FMU, for targets without a shipped library; any C99 compiler can build it.
 
-The folder `sources` contains the code of the engine, with the kernels translated to C (`c99`). Compiled, it gives the
-same FMU with the same resources. Function names begin with the model identifier, as FMI requires for source code, so
-that FMUs of several models can be linked into one program. To build a shared library, define
-FMI2_OVERRIDE_FUNCTION_PREFIX or FMI3_OVERRIDE_FUNCTION_PREFIX.
+The folder `sources` contains the code of the engine, with the kernels translated to C (`c99`). A library that is
+compiled from this code uses the same resources and gives the same FMU. Function names begin with the model identifier,
+as FMI requires for source code, so that FMUs of several models can be linked into one program. To build a shared
+library, define FMI2_OVERRIDE_FUNCTION_PREFIX or FMI3_OVERRIDE_FUNCTION_PREFIX.
 """
 
 from __future__ import annotations

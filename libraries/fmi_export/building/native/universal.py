@@ -21,7 +21,7 @@ def universal(slices: list[bytes]) -> bytes:
     for content in slices:
         magic, processor, variant = struct.unpack_from("<III", content)
         if magic != 0xFEEDFACF:
-            raise ValueError("a universal library is made of 64-bit Mach-O libraries")
+            raise ValueError("a universal library can only be made from 64-bit Mach-O libraries")
         table += struct.pack(">IIIII", processor, variant, offset, len(content), ALIGNMENT)
         padded = content.ljust(_aligned(len(content)), b"\0")
         body += padded

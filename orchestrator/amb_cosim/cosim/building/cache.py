@@ -66,7 +66,7 @@ def unpacked(archive: Path, name: str) -> Path:
 def is_first_loading(home: Path) -> bool:
     """Return whether an unpacked FMU has not been loaded here before, and mark it as loaded.
 
-    The mark is a file beside the FMU's folder, so that no archive can contain it.
+    The mark is a file beside the FMU's folder, where no unpacked archive can create it.
     """
     try:
         _mark(home).touch(exist_ok=False)
@@ -93,7 +93,7 @@ def cache_entries() -> list[CacheEntry]:
 
 
 def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:
-    """Remove the least recently used entries until the cache has at most `over` bytes, and return those removed.
+    """Remove the least recently used entries until the cache has at most `over` bytes; return the removed entries.
 
     Entries used within the last `unused_for` seconds are kept.
     """
@@ -115,7 +115,7 @@ def _mark(home: Path) -> Path:
 
 
 def _is_due(measured: Path) -> bool:
-    """Return whether the last measurement is too old, and start a new period if so."""
+    """Return whether it is time to measure the cache again; if so, the period until the next measurement starts now."""
     with suppress(OSError):  # never measured
         if abs(time.time() - measured.stat().st_mtime) < BETWEEN_MEASUREMENTS:
             return False

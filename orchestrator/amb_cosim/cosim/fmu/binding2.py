@@ -78,7 +78,7 @@ class Binding2(Binding):
         return address(self.fmu, "fmi2DoStep")
 
     def prepare(self) -> None:
-        """Let the logger of fmpy call `_receive` again; another user of fmpy may have redirected it."""
+        """Let the logger of fmpy call `_receive` again, because another user of fmpy may have redirected the logger."""
         self._callbacks.logger = _LOGGER
         addLoggerProxy(byref(self._callbacks))
 
@@ -92,7 +92,7 @@ class Binding2(Binding):
         self.call("DoStep", time, step_size, NO_EARLIER_STATE)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Return a phrase that explains a discarded step: it ended the run, or the FMU reached a certain time."""
+        """Return a phrase that explains a discarded step: the FMU ended the run, or reached only a certain time."""
         if status != DISCARD or call != "fmi2DoStep":
             return []
         if self.end_of_run(call, status) is not None:
@@ -101,7 +101,7 @@ class Binding2(Binding):
         return [] if math.isnan(reached) else [reached_text(reached)]
 
     def end_of_run(self, call: str, status: int) -> float | None:
-        """Return the last time (s) of a step that the FMU discarded to end the run; NaN if the FMU states no time."""
+        """Return the time (s) that the FMU reached in the step in which it ended the run; NaN if it states no time."""
         if status == DISCARD and call == "fmi2DoStep":
             with suppress(Exception):  # an FMU need not support this query
                 if self.fmu.getBooleanStatus(fmi2Terminated):
@@ -141,7 +141,7 @@ class Binding2(Binding):
 
 
 def _names(interface: FmuInterface) -> dict[tuple[str, str], str]:
-    """Map the letter of a type and the digits of a value reference to the name of the first such variable."""
+    """Map the letter of a type and the digits of a value reference to the name of the first variable with both."""
     letters = {"Real": "r", "Integer": "i", "Boolean": "b", "String": "s"}
     variables: list[Port | TextVariable] = [*interface.ports.values(), *interface.texts.values()]
     return {(letters.get(v.type, ""), str(v.reference)): v.name for v in reversed(variables)}

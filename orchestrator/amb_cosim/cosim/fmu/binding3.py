@@ -149,7 +149,7 @@ class Binding3(Binding):
             raise FMICallException(self.function("DoStep"), DISCARD)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Return phrases about what the FMU reported besides its status, or about a value that it cannot receive."""
+        """Return phrases on what the FMU reported besides its status, or on a value that does not fit its variable."""
         phrases = {
             NOTHING: [],
             ENDS: ["terminateSimulation is true"],
@@ -160,7 +160,7 @@ class Binding3(Binding):
         return [*phrases, reached_text(self._state.number)] if is_discarded else phrases
 
     def end_of_run(self, call: str, status: int) -> float | None:
-        """Return the last time (s) of the step in which the FMU ended the run."""
+        """Return the time (s) that the FMU reached in the step in which it ended the run."""
         return float(self._state.number) if self._state.why == ENDS and call == "fmi3DoStep" else None
 
     def send_text(self, variable: TextVariable, value: str | bytes) -> None:

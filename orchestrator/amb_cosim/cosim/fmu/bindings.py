@@ -20,8 +20,9 @@ MOST_WARNINGS, MOST_INFORMATION = 100, 10  # stored per instance; of faults, as 
 class Log:
     """Log messages of an instance, with their status.
 
-    The log keeps the first `MOST_WARNINGS` warnings, the last `MOST_INFORMATION` messages that report information, and
-    the first `MOST_WARNINGS` and last `MOST_INFORMATION` faults. `in_words` replaces references in a text by names.
+    Of the warnings, the log keeps the first `MOST_WARNINGS`; of the messages for information, the last
+    `MOST_INFORMATION`; and of the faults, the first `MOST_WARNINGS` and the last `MOST_INFORMATION`. `in_words`
+    replaces references in a text by names.
     """
 
     def __init__(self) -> None:
@@ -53,7 +54,7 @@ class Log:
         return [text for status, text in self.messages if status not in INFORMATION]
 
     def explanations(self) -> list[str]:
-        """Return the texts that explain a refusal: faults or, in their absence, information or else warnings."""
+        """Return the texts that explain a refusal: faults, or else information, or else warnings."""
         faults = [text for status, text in self.messages if status not in (*INFORMATION, WARNING)]
         return faults or [text for status, text in self.messages if status in INFORMATION] or self.warnings
 
@@ -90,7 +91,7 @@ class Binding:
         Raises
         ------
         FMICallException
-            If it returns neither OK nor Warning.
+            If the function returns neither OK nor Warning.
         """
         function = self.function(name)
         check_status(function, getattr(self.fmu.dll, function)(self.fmu.component, *arguments))
@@ -105,7 +106,7 @@ class Binding:
 
 
 def check_status(function: str, status: int | None) -> None:
-    """Raise for any status except OK and Warning; methods of FMPy may return no status, or accept one below OK."""
+    """Raise an error for any status but OK and Warning; methods of FMPy may return none, or accept a negative one."""
     if status is not None and not 0 <= status <= WARNING:
         raise FMICallException(function=function, status=status)
 

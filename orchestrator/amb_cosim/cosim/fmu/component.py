@@ -147,7 +147,7 @@ class FmuComponent:
         self._guard("Set", self._in.write, self._binding)
 
     def transform(self, laws: Sequence[tuple[float, float]]) -> None:
-        """Send factor times value plus offset for each of `inputs` until the next reset, but not in compiled code."""
+        """Let `write` send factor times value plus offset for each input, up to the next reset (Python loop only)."""
         factors, offsets = np.array(laws).T
         self._in.law = factors, offsets
 
@@ -178,7 +178,7 @@ class FmuComponent:
         self._call("SetFMUState", self._state)
 
     def hold(self) -> HeldState:
-        """Return the state of the FMU in a form that survives a reset and that `close` frees."""
+        """Return the state of the FMU in a form that survives a reset; `close` frees it."""
         pointer = c_void_p()
         self._call("GetFMUState", byref(pointer))
         return self._held_state(pointer)
@@ -224,7 +224,7 @@ class FmuComponent:
         """Return the stored state as numbers that can be changed before `restore`.
 
         They have the layout of this project's export (`saved.c`). The last two parts are the values, in the order of
-        the references, and the state; each is aligned to 16 bytes. The next `save` changes the numbers; `close` and
+        the references, and the state; each is aligned to 16 bytes. The next `save` overwrites the numbers; `close` and
         `reset` free them.
         """
         return self._numbers(self._state)
@@ -235,7 +235,7 @@ class FmuComponent:
         return self._numbers(self._after)
 
     def answer(self, time: float, step_size: float) -> Array:
-        """Step from the stored state (times in s); return the memory after the step, which the next call changes."""
+        """Step from the stored state (times in s); return the memory after the step, which the next call overwrites."""
         self._guard(None, self._step_from_state, self._binding, time, step_size)
         return self._numbers(self._after)
 
@@ -288,7 +288,7 @@ class FmuComponent:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings that the FMU has logged since its initialisation, and its faults unless it has refused a call."""
+        """Warnings that the FMU has logged since its initialisation and, unless it has refused a call, its faults."""
         return self._log.warnings if self._has_refused else self._log.complaints
 
     def entry_points(self) -> EntryPoints:
@@ -301,7 +301,7 @@ class FmuComponent:
         return self._refusal(self._binding.function(call), status)
 
     def close(self) -> None:
-        """Terminate and free the instance, unless it is corrupted; this never raises, and does nothing if repeated."""
+        """Terminate and free the instance, unless it is corrupted; this raises no error, and may be repeated."""
         fmu, self._fmu = self._fmu, None
         if fmu is None:
             return
@@ -343,7 +343,7 @@ class FmuComponent:
         self._guard("Set", initial.write, self._binding)
 
     def _exchange(self, names: tuple[str, ...]) -> Exchange:
-        """Return the exchange of the variables with these names; it is reused after a reset."""
+        """Return the exchange for the variables with these names; it is reused after a reset."""
         if names not in self._exchanges:
             ports = [self._interface.port(v, self.name) for v in names]
             self._exchanges[names] = Exchange(self._binding, ports, self._interface)
@@ -360,7 +360,7 @@ class FmuComponent:
         self._guard(None, self._binding.call, name, *arguments)
 
     def _guard(self, name: str | None, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function; an error names its purpose (Set, Get or DoStep) or, without a `name`, the FMI function."""
+        """Call a function; an error states `name` (Set, Get or DoStep) or, without it, the name of the FMI function."""
         try:
             function(*arguments)
         except FMICallException as error:

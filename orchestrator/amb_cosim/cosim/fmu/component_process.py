@@ -45,7 +45,7 @@ def main() -> None:
 
 
 def _answer(component: FmuComponent, method: str, arguments: tuple[Any, ...]) -> Any:
-    """Set inputs or a stop time that are among the arguments, call a method, and return its result or the outputs."""
+    """Set the inputs or the stop time if passed, call a method, and return its result (for `read`, the outputs)."""
     if method == "warnings":
         return component.warnings
     if method == "enter":

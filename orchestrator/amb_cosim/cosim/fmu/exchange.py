@@ -71,7 +71,7 @@ class Group:
         self.where = np.array([position for position, _ in ports], np.intp)
 
     def fill(self, values: Mapping[str, float]) -> None:
-        """Set the array elements that are not exchanged: to these values, given by name, or to their start values."""
+        """Set array elements that are not exchanged to their `values`, by name, or otherwise to their start values."""
         for k, port in self._unexchanged:
             self._view[k] = values.get(port.name, port.start or 0.0)
 
@@ -90,7 +90,7 @@ class Group:
 
 
 class Exchanging(Protocol):
-    """Part of a binding that an exchange requires; `kinds` maps type names in FMI functions to C types."""
+    """The part of a binding that an exchange uses; `kinds` maps type names in FMI functions to C types."""
 
     kinds: ClassVar[Mapping[str, Any]]
 

@@ -3,9 +3,9 @@
 This module is for FMUs of other tools; FMUs of this project contain a guard that does the same.
 
 The binary keeps a static shared pointer to its interpreter state. At exit, the C library runs static destructors first
-and a library's finaliser last. The finaliser then releases a pointer that is already destroyed, so it decrements memory
-that has become a link of the heap's free list. With `dlclose`, the order would be correct, but the binary has unique
-symbols, so glibc never unloads it.
+and a library's finaliser last. The finaliser then releases a pointer that has already been destroyed. It decrements a
+counter in freed memory, which now holds a link of the heap's free list. With `dlclose`, the order would be correct, but
+the binary has unique symbols, so glibc never unloads it.
 """
 
 from __future__ import annotations

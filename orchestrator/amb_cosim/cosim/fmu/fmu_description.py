@@ -143,7 +143,7 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
 
 
 def _with_display_units(unit: Any, definitions: Mapping[str, UnitDefinition]) -> Mapping[str, UnitDefinition]:
-    """Return the definitions b = F v + O of all units, and of the display units d = f v + o of one unit."""
+    """Return the definitions of all units, b = F v + O, and of the display units of one unit, d = f v + o."""
     displays = {display.name: display for display in unit.displayUnits if display.name not in definitions}
     if unit.name not in definitions or not displays:
         return definitions
@@ -173,7 +173,7 @@ def _of_experiment(description: Any, attribute: str) -> float | None:
 
 
 def _states(description: Any) -> tuple[tuple[str, str], ...]:
-    """Return the names of the states and their derivatives; return nothing if a derivative does not name its state."""
+    """Return the names of the states and of their derivatives; empty if a derivative does not name its state."""
     listed = [unknown.variable for unknown in description.derivatives]
     pairs = tuple((v.derivative.name, v.name) for v in listed if v is not None and v.derivative is not None)
     return pairs if len(pairs) == len(listed) else ()
@@ -194,7 +194,7 @@ def _notes(folder: Path) -> dict[str, _Notes]:
 
 
 def _add_omitted(description: Any, folder: Path) -> None:
-    """Set the attributes of variables that FMPy 0.3 does not read: relativeQuantity, and unsigned integers' limits."""
+    """Set attributes of variables that FMPy 0.3 does not read: relativeQuantity, and limits of unsigned integers."""
     content = (folder / DESCRIPTION).read_bytes()
     if b"relativeQuantity" not in content and b"<UInt" not in content:
         return

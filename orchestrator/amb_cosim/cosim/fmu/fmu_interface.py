@@ -52,7 +52,7 @@ class Port:
 
     @property
     def set_as(self) -> str:
-        """How a user sets the variable: `input`, `parameter`, or an empty text if only the FMU computes it.
+        """Whether a user sets the variable as an `input` or a `parameter`; an empty text if only the FMU computes it.
 
         A start value, such as the initial height of a falling ball, is set before initialisation like a parameter.
         """
@@ -62,12 +62,12 @@ class Port:
 
     @property
     def position(self) -> int:
-        """Position of the value in the memory of an FMU exported by this project, in which each element has one."""
+        """Position of the value in the memory of an FMU exported by this project; each array element has its own."""
         return self.reference + self.element
 
     @property
     def declared(self) -> str:
-        """The type for messages: the FMU's type, if there is one."""
+        """The type for messages: the type in the FMU, if it is known."""
         return self.stored or self.type
 
     @property

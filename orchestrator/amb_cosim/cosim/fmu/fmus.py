@@ -94,7 +94,7 @@ class Fmu:
 
 
 def made_from(*packages: str, **files: Callable[[Any], Path]) -> Callable[[S], S]:
-    """Declare the packages whose code, besides the source's file, determines what a source returns for its options.
+    """Declare the packages whose code, with the source's file, determines what a source returns for its options.
 
     `files` maps names of options to functions that return the file for an option's value. A value that is neither a
     string nor a path is identified by its `repr`, which must therefore be complete.
@@ -131,7 +131,7 @@ def model_of(fmu: FmuSource) -> str | None:
 
 
 def is_model(fmu: FmuSource) -> bool:
-    """Return whether a component of a system is a model, which a name, a file or an object can represent."""
+    """Return whether a component of a system is a model (given by a name, a file or an object) and not an FMU file."""
     return model_of(fmu) is not None
 
 
@@ -197,7 +197,7 @@ def fmu_with_starts(
 
 
 def ingredients(fmu: FmuSource, **options: Any) -> dict[str, Any]:
-    """Return what a component's FMU is made from: files and objects, by option of its model, or the FMU file itself."""
+    """Return the files and objects that a component's FMU is made from, by option of its model, or the FMU's file."""
     if not is_model(fmu):
         return {"FMU": Path(str(fmu))}
     name, options = _resolved(fmu, options)
@@ -229,7 +229,9 @@ def provide(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
 def note_first_loading(fmu: Fmu) -> None:
     """Log a notice if an FMU file is loaded here for the first time; call this function before loading the FMU."""
     if fmu.flavour == "file" and is_first_loading(fmu.folder):
-        log.warning("%s runs here for the first time: an FMU is a program that has all your permissions", fmu.path)
+        log.warning(
+            "%s runs here for the first time: an FMU is a program that runs with all your permissions", fmu.path
+        )
 
 
 def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
@@ -261,7 +263,7 @@ def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) ->
 
 
 def options_of(fmu: FmuSource) -> frozenset[str]:
-    """Return the names of the options with which a model can be made; an FMU file takes none."""
+    """Return the names of the options with which a model can be made; an FMU file has no options."""
     name = model_of(fmu)
     if name is None:
         return frozenset()
@@ -277,7 +279,7 @@ def _source(name: str) -> Source:
 
 
 def _made(source: Source, options: Mapping[str, Any]) -> tuple[Model, Array]:
-    """Return a model and its constants, of which not even the last bits depend on the number of threads."""
+    """Return a model and its constants, which are the same to the last bit for any number of threads."""
     import scipy.linalg  # noqa: F401  # which has a BLAS, to be limited, too
 
     with one_blas_thread():

@@ -1,4 +1,4 @@
-"""An FMU instance in a separate process, for FMUs that cannot share one (`process_sharing`).
+"""An FMU instance in a process of its own, for FMUs that cannot share a process with others (`process_sharing`).
 
 Each call is a request to that process, `component_process`, which answers with a result or an error. The compiled loop
 cannot call it.

@@ -25,7 +25,7 @@ class Schedule:
     """Inputs over time."""
 
     def changes(self, first: int, last: int) -> Changes:
-        """Return the changes at the points from `first` up to but not including `last`."""
+        """Return the changes at the communication points from `first` up to but not including `last`."""
         raise NotImplementedError
 
     def __call__(self, n: int, exogenous: Array) -> None:
@@ -48,7 +48,7 @@ class PiecewiseConstant(Schedule):
 
 
 class PiecewiseLinear(Schedule):
-    """A schedule of a quantity that is linear between points and constant outside, and optionally of its slope.
+    """A schedule of a quantity that is linear between points and constant outside them, and optionally of its slope.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ def in_steps(time: float, h: float, origin: float = 0.0) -> float:
 class TimeGrid(NamedTuple):
     """Communication points t_n = t_0 + n h, except that the last step may be shorter.
 
-    `start` is t_0. Unless `last` is None, the point `last` is at the time `stop`, which is less than h after the
+    `start` is t_0. Unless `last` is None, the point with the number `last` is at the time `stop`, less than h after the
     previous point.
     """
 
@@ -45,7 +45,7 @@ class TimeGrid(NamedTuple):
     stop: float = 0.0
 
     def time(self, n: int) -> float:
-        """Return the time of a point (s), which is never computed as a sum of steps."""
+        """Return the time of a point (s); it is not a sum of steps, in which rounding errors would accumulate."""
         return self.stop if n == self.last else self.start + n * self.step_size
 
     def is_at(self, n: int, time: float) -> bool:
@@ -59,7 +59,7 @@ class TimeGrid(NamedTuple):
         return times
 
     def position(self, n: int) -> float:
-        """Return the time of a point in steps after t_0: n, or less than n after a shorter step."""
+        """Return the time of point n after t_0 in steps: n, or less than n if the step before the point is shorter."""
         return in_steps(self.stop, self.step_size, self.start) if n == self.last else n
 
     def nearest(self, name: str, time: float) -> int:

@@ -1,12 +1,12 @@
 """The data of a run for the compiled master loop, `loop.c`, which calls FMI functions directly.
 
 The compiled loop repeats the loop in `master`, the readable reference, operation by operation, and records the same
-values to the last bit. There is one difference: outputs that no component reads are fetched only when they are
-recorded. The run consists of blocks of steps, between which Python checks for interrupts and reports progress. If steps
-are slow, a clock ends a block early.
+values to the last bit. Unlike that loop, it fetches outputs that no component reads only when they are recorded. The
+run consists of blocks of steps, between which Python checks for interrupts and reports progress. If steps are slow, a
+clock ends a block early.
 
-The loop runs without the interpreter lock. FMUs that contain Python acquire it for each of their calls, as in any host,
-while other threads run.
+The loop runs without the interpreter lock. FMUs that contain Python acquire this lock for each of their calls, as in
+any host.
 """
 
 from __future__ import annotations
@@ -73,8 +73,9 @@ class Calls(NamedTuple):
 class _Program(NamedTuple):
     """The data of a master as arrays; `step_sizes` are the step sizes of the components (s).
 
-    `fetches` get all outputs; `needed` get only the outputs that are used even if they are not recorded. At a recorded
-    point, `fetches` get all outputs at once, because additional calls would cost more than the additional values.
+    `fetches` get all outputs; `needed` get only the outputs that are used at every point, recorded or not. At a
+    recorded point, `fetches` get all outputs at once, because additional calls would cost more than the additional
+    values.
     """
 
     instance: Indices
@@ -97,7 +98,7 @@ _TYPES: dict[type, Any] = {np.ndarray: c_void_p, bool: c_bool, float: c_double, 
 
 
 class End(Structure):
-    """End of a block of steps: last point seen, number of rows, failed call, and the condition that was met or -1."""
+    """End of a block of steps: last point reached, number of rows, failed call, and the condition met, or -1."""
 
     _fields_ = [(name, c_ssize_t) for name in ("reached", "row", "component", "call", "status", "met")]
 
@@ -224,14 +225,14 @@ def _check(master: Master[C], outcome: End) -> None:
 
 
 def _block(buffer: RecordBuffer, watch: FiniteWatch | None, begin: int, end: int) -> RecordBuffer:
-    """Return the buffer of a block of steps, with additional columns for the positions that are watched."""
+    """Return the buffer of a block of steps, with additional columns for the values that are watched."""
     every = buffer.steps_positions if watch is None else np.concatenate([buffer.steps_positions, watch.positions])
     table = np.zeros((end - begin, len(every)))
     return buffer._replace(steps_positions=every, steps_size=len(every), steps_first=begin, steps_table=table)
 
 
 def _see(watch: FiniteWatch | None, recorder: Recorder, block: RecordBuffer, begin: int, reached: int) -> None:
-    """Show the steps of a block to a watch, and record those that the recorder stores."""
+    """Pass the values at the points of a block to a watch, and record those that are stored at every point."""
     first, n_recorded = max(begin, block.first), len(recorder.each)
     rows = block.steps_table[first - begin : reached + 1 - begin]
     if n_recorded and len(rows):
@@ -275,7 +276,7 @@ def _program_of(master: Master[C], stops: StopObserver, recorder: Recorder, prog
 
 
 def _only(used: Bools, transfers: Sequence[Transfer]) -> list[Transfer]:
-    """Restrict transfers to the outputs that are used."""
+    """Return the transfers of those outputs that are used."""
     masks = [used[t.where] for t in transfers]
     return [t if keep.all() else t.only(keep) for t, keep in zip(transfers, masks, strict=True) if keep.any()]
 

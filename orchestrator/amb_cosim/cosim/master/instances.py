@@ -15,7 +15,7 @@ from array_types import Array
 
 
 class InstancePool:
-    """The instance of each component, by name; after a failed run the next run loads new instances.
+    """The loaded instances of components, by name; after a failed run, the next run loads new instances.
 
     `generation` changes when the states held by the instances are lost; `programs` belong to the compiled loop.
     """
@@ -46,7 +46,7 @@ class InstancePool:
     ) -> FmuComponent:
         """Return a new or reset instance of a component; see `FmuComponent` for arguments and errors.
 
-        With `is_separate` it runs in a separate process.
+        With `is_separate`, the instance runs in a separate process.
         """
         if self._expired:
             self.close()

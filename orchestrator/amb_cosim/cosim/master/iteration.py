@@ -27,7 +27,7 @@ MOST_REPETITIONS = 30
 
 
 class Repeatable(Protocol):
-    """The part of a component that repetitions use."""
+    """The methods and data of a component that repetitions of steps use."""
 
     inputs: Array
 
@@ -36,7 +36,7 @@ class Repeatable(Protocol):
 
 
 class Unsettled(RuntimeError):
-    """The inputs of a component still change; `component` is its number, `source` the position of their source."""
+    """An input of component number `component` still changes; `source` is the position of the input's source."""
 
     def __init__(self, component: int, source: int) -> None:
         super().__init__()
@@ -63,7 +63,7 @@ class Iteration:
 
     @property
     def largest(self) -> Array:
-        """The largest values of all inputs so far, component by component."""
+        """The largest magnitude of each input so far, component by component."""
         return np.concatenate([np.zeros(0), *self._largest])
 
     @largest.setter
@@ -117,7 +117,7 @@ class Iteration:
         np.maximum(self._largest[i], np.abs(self.components[i].inputs), out=self._largest[i])
 
     def _change(self, i: int, before: Array, values: Array) -> Array:
-        """Return the change of the inputs of component i since its last step, relative to their largest values."""
+        """Return the change of each input of component i since its last step, relative to its largest magnitude."""
         change = np.abs(self._between(i, before, values) - self.components[i].inputs)
         return np.divide(
             change, self._largest[i], out=np.where(change > 0.0, np.inf, 0.0), where=self._largest[i] > 0.0

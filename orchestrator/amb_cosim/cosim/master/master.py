@@ -26,7 +26,7 @@ Observer = Callable[[int, Array], None]
 
 
 class Participant(Protocol):
-    """The part of a component that the algorithm uses; `save` and `restore` are for iterative coupling only."""
+    """The part of a component that the algorithm uses; only iterative coupling uses `save` and `restore`."""
 
     name: str
     every: int
@@ -102,7 +102,7 @@ class Master(Generic[P]):
             self.slots.append(slice(first, first + len(component.outputs)))
             first += len(component.outputs)
         if first != len(self.values):
-            raise ValueError(f"the wiring names {len(self.values)} signals, but the components have {first}")
+            raise ValueError(f"the wiring names {len(self.values)} signals, but the components have {first} outputs")
 
     def __enter__(self) -> Master[P]:
         return self
@@ -116,7 +116,7 @@ class Master(Generic[P]):
             component.close()
 
     def time(self, n: int) -> float:
-        """Return the time t_0 + n h of communication point n (s), which is never computed as a sum of steps."""
+        """Return the time t_0 + n h (s) of communication point n; it is not a sum of steps, which would add errors."""
         return self.grid.time(n)
 
     def step_size_of(self, i: int, n: int) -> float:
@@ -156,7 +156,7 @@ class Master(Generic[P]):
         self._pass_changes()
 
     def _pass_changes(self) -> None:
-        """Send changed inputs to components in step mode and fetch their outputs, at most once along each chain."""
+        """Send changed inputs to components in step mode and fetch outputs, in at most as many rounds as components."""
         for _ in self.components:
             changed = [i for i in range(len(self.components)) if self._has_other_inputs(i)]
             if not changed:
@@ -180,8 +180,8 @@ class Master(Generic[P]):
         """Advance from communication point `first` to `last`.
 
         At every point, including the last, schedules write the exogenous inputs; then observers are called with the
-        values at this point. With `stop`, the run ends before the schedules of the point `stop` are applied, and can
-        continue from there.
+        values at this point. With `stop`, the run ends at the point `stop` before its schedules are applied, and can
+        continue from that point.
 
         Raises
         ------
@@ -203,9 +203,9 @@ class Master(Generic[P]):
     def complete(self, i: int, n: int, end: float) -> bool:
         """Complete the step from point n in which component i ended the run at `end` (s).
 
-        Return whether all values then belong to that time. They never do if the component does not step at every point.
-        Otherwise, they do for a single component; for several components, they do if `end` is the time of point n + 1
-        and the coupling is not iterative.
+        Return whether all values then belong to the time `end`. This is false if component i does not step at every
+        point. Otherwise, it is true if the system has no other component, or if `end` is the time of point n + 1 and
+        the coupling is not iterative.
         """
         is_at_point = self.grid.is_at(n + 1, end) and self.coupling != "iterative"
         if self.components[i].every > 1 or not (is_at_point or len(self.components) == 1):
@@ -225,7 +225,7 @@ class Master(Generic[P]):
 
     @property
     def scales(self) -> Array:
-        """The largest value of each input so far, to which iterative coupling relates changes."""
+        """The largest magnitude of each input so far; iterative coupling measures changes relative to it."""
         return self._iteration.largest
 
     @scales.setter
@@ -233,7 +233,7 @@ class Master(Generic[P]):
         self._iteration.largest = largest
 
     def check_start(self, first: int) -> None:
-        """Raise ValueError if a slower component does not step at point `first`, or if its steps must be repeated."""
+        """Raise ValueError if a slower component cannot step at point `first`, or if its steps must be repeated."""
         for component in self.components:
             if component.every > 1 and self.coupling == "iterative":
                 raise ValueError(
@@ -321,7 +321,7 @@ class Master(Generic[P]):
 
 
 def find_loop(depends_on: Sequence[Sequence[int]]) -> list[int]:
-    """Return the positions of signals on a closed path, the first one again at the end; empty if none exists."""
+    """Return the positions of the signals on a closed path, with the first one repeated at the end; empty if none."""
     try:
         TopologicalSorter(dict(enumerate(depends_on))).prepare()
     except CycleError as error:

@@ -1,4 +1,4 @@
-"""Response of one step of an FMU to changes in state and inputs, found by stepping from a saved state.
+"""The response of an FMU, in one step, to changes of its state and inputs, found by stepping from a saved state.
 
 This requires FMUs exported by this project that declare the linear part of their state (`fmi_export.linear_state`).
 """
@@ -23,7 +23,7 @@ HUGE = 1e300  # J; with this as its largest energy, the plant accepts any energy
 
 
 def first_harmonic(values: Array) -> Array:
-    """Return the constant, cosine and sine parts, shape (n, 3), of values at `ANGLES`, shape (3, n)."""
+    """Return the constant, cosine and sine parts, shape (n, 3), of values given at `ANGLES`, shape (3, n)."""
     weights = np.array([np.full(3, 0.5), np.cos(ANGLES), np.sin(ANGLES)]) / 1.5
     result: Array = (weights @ values).T
     return result
@@ -43,7 +43,7 @@ class Response(NamedTuple):
 
 
 class StateMap:
-    """A component as the numbers in its memory; changes take effect when the memory is restored.
+    """The state and values of a component as numbers in its memory; changes take effect when the memory is restored.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ class StateMap:
         return places[chosen[at]], at[chosen[at]]
 
     def start(self, states: Array, places: Indices, values: Array, angle: float) -> None:
-        """Set the states of the component, `values` at the memory indices `places`, and the angle (rad)."""
+        """Set the states of the component, its angle (rad), and the `values` at the memory indices `places`."""
         self.memory[self.rows] = states
         self.memory[self._energy[1:]] = HUGE
         self.memory[places] = values
@@ -141,7 +141,7 @@ class StateMap:
         self.component.restore()
 
     def balance_energy(self) -> None:
-        """Restart the energy balance of the component: any present deficit counts as initial energy."""
+        """Restart the energy balance of the component, with any present deficit counted as initial energy."""
         if self._energy:
             start, largest = self._energy
             self.component.save()

@@ -1,4 +1,4 @@
-"""The settled motion of a system at constant speed, solved for instead of simulated.
+"""The settled motion of a system at constant speed, found by solving equations instead of by simulation.
 
 With x the states and signals that move linearly, a communication step is
 
@@ -11,8 +11,8 @@ time (`responses`), and the responses are combined in the order of the master. I
 
 No period is assumed: a turn may take any number of steps. The residual of a step from (2) is used to correct a and b
 once, which removes the rounding errors of T. Nonlinear states (Fourier windows, counters, the key of the exact motion)
-are found by simulating one turn. At its end, each signal must agree with (2), which detects contact, noise, limits and
-nonlinear laws.
+are found by simulating one turn. At the end of this turn, each signal must agree with (2); contact, noise, limits and
+nonlinear laws are thus detected.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ DOUBLINGS = 24  # of the number of steps within which the powers of T must vanis
 
 
 class CannotSettle(Exception):
-    """The settled motion cannot be solved for; the message gives the reason."""
+    """The equations of the settled motion cannot be set up or solved; the message gives the reason."""
 
 
 class _OffOrbit(Exception):
@@ -48,7 +48,7 @@ class _OffOrbit(Exception):
 
 @dataclass(frozen=True)
 class SettledLoop:
-    """A master at communication point n, with its components as parts, and with masks of the values that move.
+    """A master at communication point n, the `StateMap` of each component as a part, and masks of the values that move.
 
     `moving` selects the values that move linearly, and `turning` the angles. `advance` steps the master from one point
     to another.
@@ -149,7 +149,7 @@ class Orbit:
 
 
 def settle(master: Master[FmuComponent], assembly: Assembly, advance: Advance, first: int, begin: int) -> int:
-    """Bring a master into its settled motion, and return the communication point then reached, which is before 0.
+    """Bring a master into its settled motion, and return the communication point then reached, which precedes point 0.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ def solve(
     loop, responses
         The loop, and the response of each part.
     skipped
-        Number of steps by which the orbit's angle is ahead of the present angle.
+        Number of steps in which the rotor turns from its present angle to the angle of the orbit.
     corrects
         Whether the residual of a step corrects the motion; false if there are forces that the FMUs lack in free motion.
     advance
@@ -262,7 +262,7 @@ def solve(
 
 
 def _residual(loop: SettledLoop, orbit: Orbit) -> Array:
-    """Return the residual of an orbit after a step: its constant, cosine and sine parts, shape (n_x, 3)."""
+    """Return the constant, cosine and sine parts of the residual of an orbit after a step, shape (n_x, 3)."""
     residual = []
     for angle in ANGLES:
         loop.put(orbit.at(angle), angle)
@@ -290,7 +290,7 @@ def check_stability(T: Array, step_size: float) -> None:
 
 
 def _turning(parts: Sequence[StateMap]) -> StateMap:
-    """Return the part with an angle; raises CannotSettle unless exactly one part has an angle."""
+    """Return the part that has an angle; raises CannotSettle unless there is exactly one such part."""
     turning = [part for part in parts if part.angle is not None]
     if len(turning) != 1:
         raise CannotSettle(f"{len(turning)} components output a rotor angle; there must be exactly one")
@@ -298,7 +298,7 @@ def _turning(parts: Sequence[StateMap]) -> StateMap:
 
 
 def _refuse_active_nonlinearity(parts: Sequence[StateMap]) -> None:
-    """Raise CannotSettle if a variable of a part makes it nonlinear."""
+    """Raise CannotSettle if a variable of a part has a value that makes the part nonlinear."""
     for part in parts:
         for port in (port for pattern in part.unless for port in part.interface.matching(pattern)):
             value = part.value(port.position)

@@ -1,8 +1,8 @@
 """A single thread for linear algebra, so that its results do not depend on the number of processors.
 
-The order in which libraries of linear algebra sum depends on the number of threads. It affects the last bits of
-results, and landings in contact amplify such differences. The matrices are small, so threads would mostly wait for each
-other.
+The order in which libraries of linear algebra add numbers depends on the number of threads. This order affects the last
+bits of results, and contact of the rotor amplifies such differences. The matrices are small, so threads would mostly
+wait for each other.
 """
 
 from __future__ import annotations

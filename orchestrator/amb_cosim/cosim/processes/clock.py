@@ -16,7 +16,7 @@ MOST_IDLE_PERIODS = 10  # periods without a flag before the thread ends; restart
 
 
 class Clock:
-    """Sets flags to true every `period` (s), in a thread that ends some time after the last flag is returned."""
+    """Sets flags to true every `period` (s), in a thread that ends when no flag has been in use for some time."""
 
     def __init__(self, period: float) -> None:
         self._period = period

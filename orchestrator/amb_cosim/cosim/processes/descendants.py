@@ -25,7 +25,7 @@ def adopt_orphans() -> None:
 
 
 def continue_without_parent() -> None:
-    """Let this process continue and end itself if its parent ends while this process is stopped (where supported)."""
+    """If the parent ends while this process is stopped, let this process continue and end itself (where supported)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGCONT, 0, 0, 0)
 

@@ -29,7 +29,7 @@ class Interruption:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let SIGTERM raise KeyboardInterrupt within the block, as Ctrl-C does; raise it again if Python drops it.
+    """Let SIGTERM raise KeyboardInterrupt within the block, as Ctrl-C does; repeat the interrupt if Python drops it.
 
     Python drops exceptions that are raised in a finaliser, or in a function that C code calls.
     """
@@ -87,7 +87,7 @@ def deferred() -> Iterator[Interruption]:
 
 @contextmanager
 def undivided() -> Iterator[None]:
-    """Finish the block before an interruption within it raises KeyboardInterrupt; a second one interrupts at once."""
+    """Raise KeyboardInterrupt for a signal only after the block is finished; a second signal interrupts at once."""
     with deferred() as interruption:
         before = interruption.received
         yield
@@ -122,7 +122,7 @@ def _restore(handlers: dict[int, Any]) -> None:
 
 
 def _interrupt_later(started: threading.Event, ended: threading.Event) -> None:
-    """Interrupt the main thread soon after it has `started` this thread; during that call, the signal would be lost."""
+    """Interrupt the main thread soon after `started` is set; in the hook that sets it, an interrupt would be lost."""
     started.wait()
     if not ended.wait(0.01):
         _thread.interrupt_main()

@@ -18,7 +18,7 @@ class NonFinite(NamedTuple):
 
 
 class FiniteWatch:
-    """An observer that notes the first NaN and the first infinite value at chosen positions of the value array.
+    """An observer that notes the first NaN and the first infinite value at each chosen position of the value array.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class FiniteWatch:
         self.infinite: dict[str, NonFinite] = {}
 
     def add(self, other: FiniteWatch) -> None:
-        """Add the values that another watch has noted."""
+        """Add the values that another watch has noted; of two values of an output, the earlier one is kept."""
         for firsts, noted in ((self.nan, other.nan), (self.infinite, other.infinite)):
             for name, first in noted.items():
                 firsts[name] = min(first, firsts.get(name, first), key=lambda value: value.point)

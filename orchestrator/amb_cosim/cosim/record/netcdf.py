@@ -5,8 +5,8 @@ Files are created in memory, because HDF5 ends the process if a disk is full. Al
 bit causes an error on reading. However, HDF5 provides no checksum for the lists of chunks, and from a damaged list it
 reads zeros or never returns. Therefore a CRC-32 of the file follows in four bytes after its end, which HDF5 ignores.
 
-HDF5 would read a slash in a name as a path, so `one.p/q` is stored with another character, and its original name is
-stored as an attribute.
+HDF5 would read a slash in a name as part of a path. A name such as `one.p/q` is therefore stored with another character
+in place of the slash, and the original name is stored as an attribute.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def stored_names(names: Iterable[str]) -> dict[str, str]:
 
 
 def with_own_names(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a data set from a file with the original names of its variables; raises ValueError if two are equal."""
+    """Return the data set of a file with its variables' original names; raises ValueError if two names are equal."""
     names = {name: variable.attrs[NAME] for name, variable in dataset.data_vars.items() if NAME in variable.attrs}
     for name in names:
         if not isinstance(names[name], str):

@@ -41,7 +41,7 @@ class Recorder:
     every
         Decimation m; points that are multiples of m are recorded.
     each
-        Positions recorded at every point if the others are decimated.
+        Positions that are recorded at every point while the record of the others is decimated.
     rows
         The record of the positions `each`.
     """
@@ -93,7 +93,7 @@ class Recorder:
     def buffer(self, first: int, last: int, may_stop: bool = False) -> RecordBuffer:
         """Return free rows for the points from `first` to `last`; call `fill` with the number of rows used.
 
-        A run that `may_stop` on a condition may need fewer rows than its end suggests.
+        A run that `may_stop` early on a condition may need fewer rows than a run to point `last`.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class Recorder:
         rows, n_steps = self._rows + due, self.step_rows.rows_until(last + 1) if len(self.each) else 0
         size, most = COPIES * 8.0 * (rows * len(self._positions) + n_steps * len(self.each)), physical_memory()
         if size > most and not may_stop:
-            every_step = f", and of {len(self.each)} of them in {n_steps} rows of steps," if len(self.each) else ""
+            every_step = f", and of {len(self.each)} of them at every step in {n_steps} rows," if len(self.each) else ""
             raise ValueError(
                 f"the record of {len(self._positions)} variables at {rows} points{every_step} needs {size / 1e9:.3g} "
                 f"GB of memory, and this machine has {most / 1e9:.3g} GB; to reduce the record, set fewer "
@@ -133,7 +133,7 @@ class Recorder:
         self._points, self._table = grown(self._points, self._rows, rows), grown(self._table, self._rows, rows)
 
     def __getstate__(self) -> dict[str, object]:
-        """Return the rows in use, which are all that another process needs."""
+        """Return the state without unused rows, which another process does not need."""
         return self.__dict__ | {"_points": self.points, "_table": self.table}
 
     @property

@@ -41,7 +41,7 @@ class Signals(Protocol):
 
 
 def variables_of(signals: Signals) -> list[str]:
-    """Return the names of all variables, including those at every step."""
+    """Return the names of all variables, including those that are recorded at every step."""
     return list(signals.variables if isinstance(signals, SignalTable) else signals.data_vars)  # type: ignore[attr-defined]
 
 

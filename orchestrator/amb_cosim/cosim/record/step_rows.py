@@ -20,7 +20,7 @@ LONGEST_ROW = 0.5e-3  # s, half of the window over which contact forces are aver
 
 
 def steps_in_row(n_steps: int, every: int, step_size: float) -> int:
-    """Return the number of steps per row: the smallest divisor of `every` with at most `MOST_ROWS` rows, if any.
+    """Return the steps per row: the smallest divisor of `every` with at most `MOST_ROWS` rows, or else the largest.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def steps_in_row(n_steps: int, every: int, step_size: float) -> int:
 
 
 def complete_rows(first: int, end: int, steps: int) -> tuple[int, int]:
-    """Return the numbers of complete rows from point `first` to point `end` - 1, and of points after these rows."""
+    """Return the number of complete rows from point `first` to point `end` - 1, and the number of points after them."""
     if end <= first:
         return 0, 0
     rows = (end - 1) // steps - (first - 1) // steps
@@ -152,5 +152,5 @@ class StepRows:
         return result
 
     def __getstate__(self) -> dict[str, object]:
-        """Return the rows in use, which are all that another process needs."""
+        """Return the state without unused rows, which another process does not need."""
         return self.__dict__ | {"_table": self.complete}

@@ -1,9 +1,9 @@
 """Checks a NetCDF file from elsewhere before it is read: all its data must lie in this file and fit into it.
 
 HDF5 follows links to other files and reads data stored there, so bytes of these files would appear in tables and
-figures. It also allocates as much memory as a file announces, even for chunks that are not stored, that several arrays
-share, or that are compressed twice. A byte of DEFLATE stands for at most 1032 bytes (two bits for 258), so all data
-together have at most 1032 times the size of the file.
+figures. HDF5 also allocates as much memory as a file announces, even for chunks that are not stored, chunks that
+several arrays share, and chunks that are compressed twice. A byte of DEFLATE stands for at most 1032 bytes (two bits
+for 258), so all data together have at most 1032 times the size of the file.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def check_content(path: Path) -> None:
 
 
 def _objects(file: Any) -> Iterator[Any]:
-    """Yield all groups and arrays of a file; raises ValueError for a link to another file, or a repeated link."""
+    """Yield all groups and arrays of a file; raises ValueError for a link, or for a second name of the same data."""
     groups, seen = [file], set()
     yield file
     while groups:
@@ -75,7 +75,7 @@ def _objects(file: Any) -> Iterator[Any]:
 
 
 def _stored(array: Any) -> int:
-    """Return the number of bytes that an array takes in the file; raises ValueError if they cannot hold its values."""
+    """Return the number of bytes that an array occupies in the file; raises ValueError if its values cannot fit."""
     if array.ndim != 1 or array.shape is None:
         raise ValueError(f"{array.name} has the shape {array.shape}, which is not allowed; it must have one dimension")
     if other := [size for size in _sizes_of_dimension(array) if size != array.size]:  # readers fill up what is missing

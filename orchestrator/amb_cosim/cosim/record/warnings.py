@@ -87,7 +87,7 @@ def of_component(
 def _of_output(
     component: str, port: Port, logged: tuple[float, str] | None, times: Array, recorded: Mapping[str, Array]
 ) -> WarningRecord | None:
-    """Return the warning of an output, or None if it was never true."""
+    """Return the warning of an output, or None if the output was never true."""
     samples = recorded.get(port.name)
     true_times = times[:0] if samples is None else times[samples != 0.0]
     if logged is None and not len(true_times):
@@ -105,7 +105,7 @@ def _of_output(
 
 
 def _with_ranges(declared: str, sentence: str, during: Mapping[str, Array]) -> str:
-    """Replace the values in a logged sentence by ranges, which also include the values of each variable in `during`."""
+    """Replace each value in a logged sentence by a range of that value and the samples of its variable in `during`."""
     texts = re.split(r"\{([^}]*)\}", declared)  # texts and, between them, variables
     logged = re.fullmatch("(.*)".join(map(re.escape, texts[::2])), sentence, re.DOTALL)
     if logged is None:
@@ -120,7 +120,7 @@ def _with_ranges(declared: str, sentence: str, during: Mapping[str, Array]) -> s
 
 
 def _kind(port: Port) -> str:
-    """Return the sentence of an output without values and without its place, such as `seal` for `seal.passed`."""
+    """Return an output's sentence without values and without the place in its name, such as `seal` in `seal.passed`."""
     place, _, variable = port.name.partition(".")
     sentence = re.sub(r"\{[^}]*\}", "{}", port.warning)
     return re.sub(rf"\b{re.escape(place)}\b", "*", sentence, flags=re.IGNORECASE) if variable else sentence

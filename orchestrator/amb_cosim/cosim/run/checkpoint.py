@@ -28,7 +28,7 @@ VERSION, MOST_VERSION = 3, 1000
 
 
 class Head(BaseModel):
-    """The form of `head` in a file: fields of `Checkpoint`, and the names of its signals and components."""
+    """The form of `head` in a file: fields of `Checkpoint`, and the names of the signals and components."""
 
     model_config = ConfigDict(strict=True, extra="forbid")
 
@@ -50,7 +50,7 @@ class Head(BaseModel):
     @field_validator("past")
     @classmethod
     def _has_parameters_by_component(cls, past: dict[str, Any]) -> dict[str, Any]:
-        """Return the past if its parameters are grouped by component; the next run reads them before comparing."""
+        """Return the past if its parameters are grouped by component; a run reads them before it compares the pasts."""
         parameters = past.get("parameters", {})
         if not isinstance(parameters, dict) or not all(isinstance(values, dict) for values in parameters.values()):
             raise ValueError("parameters")
@@ -117,7 +117,7 @@ class Checkpoint:
 
     @property
     def title(self) -> str:
-        """The name that messages use."""
+        """The name of the checkpoint in messages."""
         return f"the checkpoint {self.file}" if self.file else "the checkpoint"
 
     @property
@@ -133,8 +133,8 @@ class Checkpoint:
     def check_past(self, past: Mapping[str, Any], sources: Mapping[str, Any]) -> None:
         """Raise ValueError unless the checkpoint has the `past` of a run whose FMUs are made from `sources`.
 
-        The message lists the differences. Differences in the sources are listed in place of the differences in FMU
-        identifiers that follow from them.
+        The message lists the differences. If the sources differ, these differences are listed in place of the resulting
+        differences in FMU identifiers.
         """
         lines = list_differences(self.past, past)
         if lines and (others := list_other_sources(self.sources, sources)):

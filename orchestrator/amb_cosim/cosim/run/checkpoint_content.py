@@ -15,7 +15,7 @@ from array_types import Array
 
 
 def check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) -> None:
-    """Raise ValueError if parts of a checkpoint contradict the run that its past describes."""
+    """Raise ValueError if parts of a checkpoint are inconsistent with the run that its past describes."""
     if (start.step_size, start.start_time) != (plan.step_size, plan.start_time):
         raise ValueError(
             f"{start.title} has steps of {start.step_size:g} s that begin at {start.start_time:g} s; this run has "
@@ -55,7 +55,7 @@ def check_numbers(start: Checkpoint, plan: Plan) -> None:
 def columns_of(start: Checkpoint, recorded: Sequence[str], table: Array, names: Sequence[str], plan: Plan) -> Array:
     """Return the record of a checkpoint, with the columns of a plan's record.
 
-    An input that only the resumed run changes had its initial value until the checkpoint.
+    For an input that only the resumed run changes, the rows up to the checkpoint contain its initial value.
     """
     columns = dict(zip(recorded, table.T, strict=True))
     missing = [name for name in names if name not in columns and name not in plan.inputs]

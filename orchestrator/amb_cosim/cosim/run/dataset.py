@@ -91,7 +91,7 @@ class Run:
         hint = (
             f"there are {', '.join(saved)}"
             if saved
-            else "run with save_at to save checkpoints; moments that the run did not reach are missing"
+            else "save_at saves checkpoints at the given moments if the run reaches them"
         )
         raise ValueError(f"{'no moment is named' if moment is None else f'no checkpoint at {moment}'}; {hint}")
 
@@ -159,7 +159,7 @@ def to_signals(recording: Recording) -> SignalTable:
 
 
 def _of_output(output: Output, source: Samples) -> Samples:
-    """Return the samples of a system output, computed from those of the component output that is its source."""
+    """Return the samples of a system output, computed from the samples of the component output that is its source."""
     law = output.factor, output.offset
     values = source.values if law == UNCHANGED else output.factor * source.values + output.offset
     return Samples(values, {**source.attrs, "units": output.unit or "1"})
@@ -232,7 +232,7 @@ def load(path: Path) -> xr.Dataset:
 
 
 def _check_form(dataset: xr.Dataset) -> None:
-    """Raise ValueError unless times ascend, all variables of a data set are over times, and all labels are texts.
+    """Raise ValueError unless the times ascend, all variables of a data set depend on time, and all labels are texts.
 
     Times without a unit are taken to be in s, and this function adds the unit.
     """
@@ -274,7 +274,7 @@ def _versions() -> dict[str, str]:
 
 @cache
 def git_revision() -> str | None:
-    """Return the commit of this package's checkout, with `-dirty` if it has changes; None without a checkout."""
+    """Return the Git commit of this package's checkout, with `-dirty` if files differ; None without a checkout."""
     folder = Path(__file__).parent
 
     def git(*arguments: str) -> str:

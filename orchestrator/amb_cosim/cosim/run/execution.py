@@ -59,7 +59,7 @@ def execute_plan(plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
 def run_here(plan: Plan, options: RunOptions) -> Recording:
     """Run a plan in this process, with options from `RunOptions.for_plan`; see `execute_plan`.
 
-    If the motion before point 0 cannot be solved for, it is simulated, and a notice is added.
+    If the settled motion before point 0 cannot be solved for, the settling is simulated, and a notice is added.
     """
     with ExitStack() as stack, deferred() as interruption:
         instances = InstancePool() if options.instances is None else options.instances
@@ -146,7 +146,7 @@ def _autosave(checkpoint: Checkpoint, file: Path) -> None:
 
 
 def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome | None:
-    """Return the failure of the first foreign FMU whose output is NaN; infinite outputs are warnings.
+    """Return the failure of the first foreign FMU with an output that is NaN; for infinite outputs, add warnings.
 
     Outputs that are recorded or connected are watched; before the checkpoint from which a run is resumed, only recorded
     outputs are watched.

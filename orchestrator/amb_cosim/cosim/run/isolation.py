@@ -1,8 +1,8 @@
-"""Runs FMUs in a separate process: a crash or hang of an FMU is an error here and does not end this process.
+"""Runs FMUs in a separate process; if an FMU crashes or hangs, this process raises an error and continues.
 
 A run ends the processes that its FMUs started. On Linux, it ends all of them; on other systems, and after a crash of
-the separate process, it ends only the processes that stayed in its group. This is not a sandbox: the FMUs have the
-user's permissions.
+the separate process, it ends only those that stayed in the group of this process. This is not a sandbox: the FMUs have
+the user's permissions.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def _wait_until_closed(process: subprocess.Popen[bytes]) -> str:
 
 
 def _with_warning(recording: Recording, assembly: Assembly, fault: str) -> Recording:
-    """Return a recording with the subsequent error as a warning of the components that may have caused it."""
+    """Return a recording with a warning about a later error, which names the components that may have caused it."""
     if not fault:
         return recording
     text = (
@@ -135,7 +135,7 @@ def next_message(process: subprocess.Popen[bytes], messages: Messages) -> tuple[
 
 
 def _has_ended(process: subprocess.Popen[bytes]) -> bool:
-    """Return whether a process has ended, without releasing its ID, which names its group."""
+    """Return whether a process has ended, but do not release its ID, which is also the ID of its group."""
     if sys.platform == "win32":
         return process.poll() is not None
     try:

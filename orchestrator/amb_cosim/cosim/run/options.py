@@ -1,4 +1,4 @@
-"""Options of a run in one record, which the public function passes to the separate process; none changes a result."""
+"""Options of a run, in one record that can be passed to a separate process; no option changes a result."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Saves:
     Attributes
     ----------
     points
-        Communication points; each state is saved at the last point, not later than the requested one, at which all
-        components have completed their steps.
+        Communication points. A state is saved at the requested point or, if components have not completed their steps
+        there, at the last earlier point at which all have.
     file, every
         File of automatic checkpoints, each of which replaces the previous one, and the wall-clock time between them
         (s).
@@ -47,18 +47,20 @@ class Saves:
     moments: Sequence[Raw] = ()
 
     def for_plan(self, plan: Plan) -> Saves:
-        """Return these saves with the points of all moments; drop automatic checkpoints if an FMU cannot serialise.
+        """Return these saves with the points of all moments, but without automatic ones if an FMU cannot serialise.
 
         Raises
         ------
         ValueError
-            If a moment is not a time, or is after the end of the plan, or an FMU lacks the capabilities for its state.
+            If a moment is not a time or is after the end of the plan, or if an FMU cannot save or serialise its state.
         """
         points = [*self.points]
         for moment in self.moments:
             points.append(plan.grid.nearest("moment", moment_of(moment, plan.period or None)))
             if points[-1] > plan.last:
-                raise ValueError(f"no state can be saved at {moment}; the run ends at {plan.time(plan.last):.9g} s")
+                raise ValueError(
+                    f"no state can be saved at {moment}, because the run ends at {plan.time(plan.last):.9g} s"
+                )
         interfaces = plan.interfaces.items()
         unable = [name for name, interface in interfaces if not interface.serialises_state]
         lacking = [name for name, interface in interfaces if not interface.saves_state] if self.held else unable
@@ -103,7 +105,7 @@ class RunOptions:
 
     @property
     def has_end(self) -> bool:
-        """Whether the run stands alone: no other run continues from it, and it continues no other."""
+        """Whether the run is independent: it does not continue another run, and no other run continues from it."""
         return self.start is None and not self.saves.points and self.saves.file is None
 
     def for_plan(self, plan: Plan) -> RunOptions:

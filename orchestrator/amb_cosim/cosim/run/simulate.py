@@ -1,4 +1,4 @@
-"""`simulate`: from a system file, or a system and an experiment, to a labelled data set."""
+"""`simulate` runs a system file, or a system and an experiment, and returns a labelled data set."""
 
 from __future__ import annotations
 

@@ -150,7 +150,7 @@ class Simulator:
         return settle(self.master, plan.assembly, step, plan.first, plan.begin)
 
     def advance(self, first: int, stop: int, observers: Sequence[Observer] = ()) -> None:
-        """Process the points from `first` to `stop` - 1, with a step from each of them except the plan's last point.
+        """At points from `first` to `stop` - 1, apply schedules, record, and step (except at the plan's last point).
 
         Raises
         ------
@@ -189,7 +189,7 @@ class Simulator:
         return end
 
     def checkpoint(self, point: int, held: bool = False) -> Checkpoint:
-        """Return the state before the present point, serialised or held in the memory of the FMUs."""
+        """Return the state before the changes at the present point, serialised or held in the memory of the FMUs."""
         plan = self.plan
 
         def state(component: FmuComponent) -> FmuState:
@@ -263,19 +263,19 @@ class Simulator:
 
 
 def _step_rows(plan: Plan) -> StepRows:
-    """Return the empty record of every step of a run."""
+    """Return an empty record for the values at every step of a run."""
     n_steps = plan.last - plan.first_recorded
     steps = steps_in_row(n_steps, plan.record_every, plan.step_size) if plan.recorded_each else 1
     return StepRows(plan.first_recorded, tuple(plan.recorded_each.values()), steps)
 
 
 def with_simulated_settling(plan: Plan, notice: str) -> Plan:
-    """Return a plan whose motion before point 0 is simulated; the notice gives the reason."""
+    """Return the plan with the motion before point 0 simulated, and with a notice that gives the reason."""
     return replace(plan, settling="simulated", notices=(*plan.notices, notice))
 
 
 def _shorter_last_steps(plan: Plan) -> dict[int, tuple[int, float]]:
-    """Return the point and size (s) of the last step of each component that must shorten it to end with the plan."""
+    """Return the point and size (s) of the last step of each component that shortens this step to end with the plan."""
     end, last_steps = plan.time(plan.last), {}
     for i, c in enumerate(plan.system.components):
         point = (plan.last - 1) // c.every * c.every

@@ -48,7 +48,7 @@ def plan_past(plan: Plan, n: int) -> dict[str, Any]:
 
 
 def name_of(condition: Condition) -> str:
-    """Return the identity of a condition: the checked quantity, and the first point."""
+    """Return a text that identifies a condition: its text, and the point from which it is checked."""
     return f"{condition.text} from point {condition.first}"
 
 
@@ -59,6 +59,6 @@ def _start_value(plan: Plan, name: str) -> float:
 
 
 def _begun(ramp: Ramp, n: int) -> tuple[tuple[int, float], ...]:
-    """Return the points of a profile up to the first one at or after point n, because the line to it has begun."""
+    """Return the points of a profile before point n, and the next one, to which the line before point n leads."""
     before = sum(point < n for point, _ in ramp.points)
     return ramp.points[: before + 1]

@@ -1,7 +1,7 @@
 """Parameter bindings of an archive: values by hierarchical name, from sets in the document or in files, with mappings.
 
-If there is a mapping, only the mapped values are applied, transformed and under their new names; otherwise all values
-are applied under their own names. Names in a mapping include the prefix of the binding.
+If there is a mapping, only the mapped values are applied; they are transformed and get their new names. Otherwise, all
+values are applied under their own names. Names in a mapping include the prefix of the binding.
 
 Modelica Association, System Structure and Parameterization, version 2.0, 2024, section 5.4 (ParameterBindings).
 """
@@ -41,7 +41,7 @@ class Setting:
 
 
 def read_bindings(element: Any, document: Document, resources: Path | None) -> Iterator[Setting]:
-    """Return the values that an element is bound to; later values take precedence.
+    """Return the values in the parameter bindings of an element; later values take precedence.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def read_bindings(element: Any, document: Document, resources: Path | None) -> I
 def _content(
     element: Any, inline: str, kind: tuple[str, str], document: Document, resources: Path | None, owner: str
 ) -> Any:
-    """Return a parameter set or mapping, from a file or from the element itself; None if neither contains one."""
+    """Return a parameter set or mapping from the file that an element names, or from the element; None if missing."""
     mime_type, schema = kind
     source = element.get("source")
     if element.get("type", mime_type) != mime_type:
@@ -90,7 +90,7 @@ def _content(
         return result
     is_inside = element.get("sourceBase") == "component"
     if is_inside and resources is None:
-        raise ValueError(f"{owner} has the source {source!r} in an FMU, but is not the binding of an FMU")
+        raise ValueError(f"{owner} has the source {source!r} in an FMU, but belongs to an element without an FMU")
     return parse(
         document.file(source, resources if is_inside else None).read_bytes(), schema, f"{document.what}: {source}"
     )
@@ -109,7 +109,7 @@ def _mapped(settings: list[Setting], entries: Any, owner: str) -> Iterator[Setti
 
 
 def _translated(value: ParameterValue, entry: Any, what: str) -> ParameterValue:
-    """Return a value as translated by the table (Boolean, integer or Enumeration) of a mapping entry, if it has one."""
+    """Return a value, translated by the table (of Booleans, Integers or Enumerations) of a mapping entry, if any."""
     for element in entry:
         kind = etree.QName(element).localname
         if kind not in TABLES:

@@ -1,7 +1,7 @@
 """Extra files of an archive for what SSP cannot express: the experiment in the form of a system file, and notes.
 
-SSP 1.0 has only a start and a stop time. Events, profiles, stop conditions and recorded variables are in `EXPERIMENT`,
-which `load_ssp` reads, and in words in `NOTES`.
+SSP 1.0 has only a start and a stop time. Events, profiles, stop conditions and recorded variables are in the file
+`EXPERIMENT`, which `load_ssp` reads. The file `NOTES` describes them in words.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def notes(run: Described, has_start_values: bool) -> bytes:
     if has_start_values:
         parts.append(
             "Parameters and initial inputs are also start values of the FMUs: a tool that ignores parameter bindings "
-            "gives the same run."
+            "obtains the same results."
         )
     else:
         parts.append("Parameters and initial inputs are only in the parameter bindings, which a tool must apply.")
@@ -88,7 +88,7 @@ def notes(run: Described, has_start_values: bool) -> bytes:
         how = (
             "They are connectors of the system"
             if run.connectors
-            else "They have no connectors; the initial values of inputs are the start values of these inputs"
+            else "They have no connectors; their initial values are the start values of the inputs"
         )
         parts.append(
             f"## Signals\n\nSignals that set several inputs, or change during the run. {how}.\n\n"
@@ -105,7 +105,7 @@ def notes(run: Described, has_start_values: bool) -> bytes:
     if events:
         table = "| time in s | input | value |\n| --- | --- | --- |\n" + "\n".join(events)
         parts.append(
-            f"## Events\n\nInputs change at these times; set them before the step that starts there.\n\n{table}"
+            f"## Events\n\nInputs change at these times; set them before the step that starts at that time.\n\n{table}"
         )
     if plan.stops:
         parts.append("## Stop conditions\n\n" + "\n".join(f"- {stop.text}" for stop in plan.stops))

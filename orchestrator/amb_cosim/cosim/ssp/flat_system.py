@@ -57,9 +57,9 @@ class FlatSystem:
         return [interface.internal_step for interface in self.interfaces.values()]
 
     def components(self) -> tuple[Component, ...]:
-        """Return components in the order of the document; step sizes of individual components come from annotations.
+        """Return the components in the order of the document, with the individual step sizes that annotations state.
 
-        Components that this package's annotation names are in the order of the annotation, because tools may write
+        Components that an annotation of this package names are in the order of this annotation, because tools may write
         elements in any order.
         """
         base = number_of(self.root, ".//osp:FixedStepAlgorithm", "baseStepSize")
@@ -73,7 +73,7 @@ class FlatSystem:
         return tuple(Component(name, str(self.files[name]), every[name]) for name in names)
 
     def remarks(self) -> tuple[str, ...]:
-        """Return notices on everything that does not run as the document states; call `values` first."""
+        """Return notices on everything that does not run as the document states; `values` must be called first."""
         elements = self.hierarchy.components.items()
         exchanged = [name for name, (_, element, _) in elements if element.get("implementation") == "ModelExchange"]
         notices = [f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged]
@@ -86,7 +86,7 @@ class FlatSystem:
         for what, differing in (("kinds and types", self._contradictions()), ("units", other)):
             if differing:
                 notices.append(
-                    f"{what} of connectors differ from the FMUs, whose declarations apply: {', '.join(differing)}"
+                    f"{what} of connectors differ from those in the FMUs, which apply: {', '.join(differing)}"
                 )
         if self._unconnected:
             notices.append(f"values of connectors that are not connected are ignored: {', '.join(self._unconnected)}")
@@ -112,7 +112,7 @@ class FlatSystem:
         return found
 
     def _port(self, node: Node) -> Port | TextVariable | None:
-        """Return the variable of a component's connector, or its first element if it is an array."""
+        """Return the variable of a component's connector, or the first element if the variable is an array."""
         interface = self.interfaces[node.place]
         return interface.texts.get(node.name) or next(iter(interface.elements(node.name)), None)
 
@@ -122,7 +122,7 @@ class FlatSystem:
             for route in self.nets.claim(source):
                 if self.nets.causality(route.node) == "output":
                     both = f"{source.text} and {route.node.text}"
-                    raise ValueError(f"{self.what}: the outputs {both} are connected with each other")
+                    raise ValueError(f"{self.what}: the outputs {both} are connected to each other")
                 outputs = self._ends(source, route.start_indices)
                 inputs = self._ends(route.node, route.end_indices)
                 if len(outputs) != len(inputs):
@@ -138,7 +138,7 @@ class FlatSystem:
                 yield Connection(link.start.text, link.end.text)  # of no output; the check of the system refuses it
 
     def _is_free(self, node: Node) -> bool:
-        """Return whether a connector of a system can be set, because nothing outside it feeds it."""
+        """Return whether a connector of a system can be set, which requires that no output feeds it."""
         kinds = ("input", "parameter", "structuralParameter", "inout")
         return self.hierarchy.connectors[node].kind in kinds and not self.nets.has_source(node)
 
@@ -160,7 +160,7 @@ class FlatSystem:
         return tuple(signals)
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return the outputs of the whole: the connectors of the outermost system that outputs of components reach."""
+        """Return the outputs of the whole: connectors of the outermost system to which outputs of components lead."""
         return tuple(
             output
             for node, value in self.nets.delivered.items()
@@ -190,7 +190,7 @@ class FlatSystem:
         return fed
 
     def _signal(self, node: Node, name: str, fed: Mapping[str, tuple[Route, Port | None]]) -> Signal:
-        """Return the signal of a connector, with a separate port if not all inputs are equal to it."""
+        """Return the signal of a connector, with a separate port unless every input is equal to the signal."""
         laws = {target: route.law for target, (route, _) in fed.items() if route.law != UNCHANGED}
         unit = self._start_unit(node)
         if not laws and len({port.unit for _, port in fed.values() if port is not None and port.unit}) <= 1:
@@ -228,7 +228,7 @@ class FlatSystem:
         return first
 
     def values(self) -> tuple[dict[str, dict[str, Raw]], dict[str, Raw], tuple[str, ...]]:
-        """Return parameters by component and name, values of inputs and signals by name, and unknown names."""
+        """Return parameters by component and name, values of inputs and signals by name, and nonexistent names."""
         unknown: dict[str, None] = {}
         settings: list[tuple[Node, Setting]] = []
         for path, element, document in self.hierarchy.bindings:  # values of outer systems take precedence
@@ -260,7 +260,7 @@ class FlatSystem:
         return node in self.hierarchy.connectors
 
     def _reaches_nothing(self, node: Node) -> bool:
-        """Return whether a connector of a system leads neither to a component nor to an output of the outermost one."""
+        """Return whether a connector of a system leads to no component, and to no output of the outermost system."""
         return not self.nets.below(node, None) and all(route.source != node for route in self.nets.delivered.values())
 
     def _spread(self, node: Node, setting: Setting) -> None:

@@ -145,7 +145,7 @@ class Hierarchy:
                 raise ValueError(f"{what}: {inside} has no connector {node.name!r}; {suggest(node.name, others)}")
 
     def of_systems(self, outermost: bool) -> list[Node]:
-        """Return the connectors of the outermost system, or those of all other systems and of dictionaries."""
+        """Return the connectors of the outermost system, or those of all other systems and of signal dictionaries."""
         nodes = (node for node in self.connectors if node.kind != "component")
         return [node for node in nodes if (node[:2] == OUTERMOST) == outermost]
 

@@ -1,8 +1,9 @@
 """Nets of connected connectors: the inputs that an output, or a connector of the outermost system, reaches.
 
 Values pass from a component's output through connectors of systems and entries of signal dictionaries to inputs of
-components. At each connection a value is converted to the unit of the next connector, unless that is suppressed, and
-then transformed by the law of the connection. A connector without a unit passes the unit of the value on.
+components. At each connection, a value is converted to the unit of the next connector, unless the conversion is
+suppressed. It is then transformed by the law of the connection. At a connector without a unit, the value keeps its
+unit.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ SUPPLIES = {"output": True, "calculatedParameter": True} | dict.fromkeys(
 
 
 class Route(NamedTuple):
-    """The route of a value from a source to a connector, with the law that is applied along it.
+    """The route of a value from a source to a connector, with the law that is applied to the value on this route.
 
-    `presumed` is the unit that the law presumes at the source, and `unit` is the unit of the value at the connector;
-    each is None if there is no unit. Indices refer to an element of an array.
+    `presumed` is the unit that the law assumes at the source, and `unit` is the unit of the value at the connector.
+    Each is None if there is no unit. Indices refer to an element of an array.
     """
 
     source: Node
@@ -60,9 +61,10 @@ class Nets:
         self.delivered: dict[Node, Route] = {}  # to each connector of the outermost system that an output reaches
 
     def _check_direction(self, link: Link) -> None:
-        """Raise a ValueError unless one end of a connection can supply the value and the other can receive it.
+        """Raise a ValueError unless one end of a connection can supply a value and the other end can receive it.
 
-        Connections of two components are checked later, with the whole system, by the variables of their FMUs.
+        Connections between two components are checked later, together with the whole system, against the variables of
+        their FMUs.
         """
         for end in (link.start, link.end):
             kinds = self._connectors[end].kind if end in self._connectors else "", self.causality(end)
@@ -79,7 +81,7 @@ class Nets:
             raise ValueError(f"{self.what}: a connection{system} joins {ends}; {problem}")
 
     def _supplies(self, node: Node, place: str) -> bool | None:
-        """Return whether a connector supplies the value of a connection in system `place`; None if it may do so."""
+        """Return whether a connector supplies the value of a connection in system `place`; None if it may do either."""
         supplies = SUPPLIES.get(self.causality(node))
         is_inside = (node.kind, node.place) == ("system", place)
         return not supplies if is_inside and supplies is not None else supplies
@@ -94,7 +96,7 @@ class Nets:
         return "" if declared is None else declared.kind
 
     def unit(self, node: Node) -> Unit | None:
-        """Return the unit of a connector, if any; a unit that an FMU states for its variable takes precedence."""
+        """Return the unit of a connector, if any; the unit that an FMU states for its variable takes precedence."""
         declared = self._connectors.get(node)
         unit = None if declared is None else declared.unit
         if node.kind != "component":

@@ -94,7 +94,7 @@ def add_units(parent: Any, ports: Iterable[Port]) -> None:
 
 
 def read_parameters(root: Any, what: str) -> dict[str, list[ParameterValue]]:
-    """Return the values of a parameter set by name: a value, or the values of an array row by row.
+    """Return the values of a parameter set by name, each of them a single value or the values of an array, row by row.
 
     Raises
     ------

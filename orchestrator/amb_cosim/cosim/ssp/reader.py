@@ -2,7 +2,7 @@
 
 All systems of the archive become one system (`hierarchy`), with connections along the nets of connectors (`nets`) and
 the values of parameter bindings (`bindings`). Each connector of the outermost system that feeds inputs becomes a
-signal, and each that outputs reach becomes an output. The experiment comes from this package's extra file
+signal, and each connector to which outputs lead becomes an output. The experiment comes from this package's extra file
 (`experiment_file`) or, without this file, from the default experiment. The communication step and the order of
 components come from annotations (see `structure`); without an annotation, the step comes from the FMUs. Parameters that
 exist in no FMU are ignored, as SSP allows. Arrays of SSP 2.0 are supported: a connection of two arrays connects each

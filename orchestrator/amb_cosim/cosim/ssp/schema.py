@@ -89,7 +89,7 @@ def check(root: Any, schema: str, what: str) -> None:
 def _tidied(root: Any) -> Any:
     """Return a copy without empty groups, in which the other groups are in the order of the schema.
 
-    Some tools write empty groups, or use another order, neither of which changes the meaning.
+    Some tools write empty groups or use another order; neither changes the meaning of the document.
     """
     copied = deepcopy(root)
     for group in [group for group in copied.iter(*map(tag, GROUPS)) if not len(group)]:

@@ -57,7 +57,7 @@ class Described:
 
     @property
     def changing(self) -> dict[str, tuple[str, ...]]:
-        """Inputs of each signal, and each other input that changes during the run, by the name of the connector."""
+        """Inputs that each connector feeds, by its name: those of a signal, or one that changes during the run."""
         plan, system = self.plan, self.plan.system
         scheduled = {name for _, name, _ in plan.events} | {r.variable for r in plan.ramps}
         scheduled |= {ramp.slope for ramp in plan.ramps if ramp.slope is not None}
@@ -70,7 +70,7 @@ class Described:
         return self.interfaces[component].ports[variable]
 
     def links(self) -> list[tuple[str | None, str, str, str]]:
-        """Return connections as their start element and connector, end element and connector; None is the system."""
+        """Return each connection as start element and connector, end element and connector; None means the system."""
         system = self.plan.system
         links: list[tuple[str | None, str, str, str]] = [
             (*system.split(link.source), *system.split(link.target)) for link in system.connections

@@ -43,8 +43,8 @@ def unit_definitions(root: Any, prefix: str) -> dict[str, UnitDefinition]:
 def unit_of(name: str | None, *definitions: Mapping[str, UnitDefinition]) -> Unit | None:
     """Return a unit with the first definition of its name; None if the name is empty or `-`.
 
-    A name in brackets without a definition, such as `[m]`, means the unit in the brackets; tools for requirements write
-    units in this way.
+    A name in brackets without a definition, such as `[m]`, means the unit in the brackets; some tools for requirements
+    engineering write units in this way.
     """
     if not name or name == "-":
         return None
@@ -100,5 +100,5 @@ def law_of(element: Any) -> Law | None:
 
 
 def suppresses_units(element: Any) -> bool:
-    """Return whether a connection or a mapping entry passes values on without a conversion of units."""
+    """Return whether a connection or a mapping entry suppresses the conversion of units."""
     return element.get("suppressUnitConversion", "false") in ("true", "1")

@@ -22,7 +22,7 @@ ADDED_KINDS = ("structuralParameter", "constant", "local", "unspecified")
 
 
 def as_version_1(root: Any) -> Any:
-    """Return a copy of a document without additions of 2.0: arrays become first elements, and numbers become Reals."""
+    """Return a copy without additions of 2.0: arrays are replaced by their first elements, numbers by Reals."""
     copied = deepcopy(root)
     copied.set("version", "1.0")
     for element in [element for element in copied.iter("{*}*") if element.tag.startswith("{http://ssp-standard.org/")]:

@@ -47,7 +47,7 @@ class Assembly:
 
     @cached_property
     def sources(self) -> dict[str, tuple[str, Any]]:
-        """Name and content (JSON data) of everything that the FMUs are made from, by kind, such as `FMU of motor`.
+        """Name and content (JSON data) of each file or object that FMUs are made from, by kind, such as `FMU of motor`.
 
         A digest represents the content of a file other than TOML.
         """
@@ -59,7 +59,7 @@ class Assembly:
         return result
 
     def assignments(self) -> Assignments:
-        """Return the values of the system's parameters, to which others can be added."""
+        """Return the values of the system's parameters, to which further values can be added."""
         return self._assignments.copy()
 
     def wiring(self, exogenous: Iterable[str], recorded: Iterable[str] = ()) -> SignalMap:
@@ -71,7 +71,7 @@ class Assembly:
             Shared signals by their names, and other inputs and tunable parameters (`component.variable`) that a
             schedule sets.
         recorded
-            Outputs to fetch even if unconnected.
+            Outputs to fetch even if they are not connected.
         """
         key = tuple(exogenous), tuple(recorded)
         if key not in self._wirings:
@@ -114,7 +114,7 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
 
 
 def _interface(fmu: Fmu, component: str) -> FmuInterface:
-    """Return the interface of an FMU, whose libraries have been checked."""
+    """Return the interface of an FMU after checking its libraries."""
     interface = read_interface(fmu.folder, component, fmu.path)
     check_libraries(fmu.folder, interface, f"{component}: {fmu.path}")
     return interface
@@ -158,7 +158,7 @@ def _layout(
 
 
 def _weight(system: System, source: str, target: FmuInterface, interfaces: Mapping[str, FmuInterface]) -> float:
-    """Return the weight of a source's value at the end of a step for an input of `target`.
+    """Return the weight that the value of a source at the end of a step has for an input of `target`.
 
     See `iteration`. Exogenous inputs are constant over the step.
     """

@@ -22,11 +22,12 @@ class Assignments:
     Attributes
     ----------
     parameters
-        Values of parameters, and of other variables whose start value FMI lets a user set, by component and name.
+        Values, by component and name, of parameters and of other variables whose start value a user may set according
+        to FMI.
     inputs
         Values of signals and of other inputs, by name.
     written
-        Values of signals and of other inputs as they were set, by name.
+        Values of signals and of other inputs in the form in which they were set, by name.
     texts
         Values of String and Binary variables by component and name.
     dropped
@@ -46,7 +47,7 @@ class Assignments:
         self.outputs = tuple(f"{component}.{name}" for component, name in outputs)
 
     def copy(self) -> Assignments:
-        """Return a copy of the values, to which others can be added."""
+        """Return a copy of the values, to which further values can be added."""
         other = copy(self)
         other.parameters = {component: dict(values) for component, values in self.parameters.items()}
         other.texts = {component: dict(values) for component, values in self.texts.items()}
@@ -56,7 +57,7 @@ class Assignments:
     def set(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
         """Set every variable that `name` matches, and return their names.
 
-        If nothing has the name `a=b`, setting it to the text `c` sets `a` to the text `b=c`.
+        If nothing has the name `a=b`, setting `a=b` to the text `c` sets `a` to the text `b=c`.
 
         Parameters
         ----------
@@ -88,7 +89,7 @@ class Assignments:
         return names
 
     def set_or_drop(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
-        """Set a value, or drop it if the variable exists only in the component that was replaced."""
+        """Set a value, or drop it if the variable is one that only the replaced component had."""
         return [] if self.drops(name, only) else self.set(name, raw, only)
 
     def set_parameters(self, tables: Mapping[str, Mapping[str, Raw]]) -> list[str]:
@@ -102,14 +103,14 @@ class Assignments:
         Raises
         ------
         ValueError
-            As for `set`; also for a nonzero value if a replacing component lacks the input, because a load or fault
-            without effect would look harmless.
+            As for `set`. Also for a nonzero value if a replacing component lacks the input, because a run would
+            otherwise ignore a load or fault unnoticed.
         """
         if self.lacks(name, "input") and not is_zero(raw):
             value = str(raw).lower() if isinstance(raw, bool) else raw
             raise ValueError(
                 f"the initial value {value} of {name} has no effect: {self.missing(name)}; "
-                f'a scenario or system based on this one can use remove = ["{name}"]'
+                f'to remove it, a scenario or system based on this one can set remove = ["{name}"]'
             )
         self.set_or_drop(name, raw, only="input")
 
@@ -132,7 +133,7 @@ class Assignments:
         return not matching_names(names, pattern)
 
     def missing(self, name: str) -> str:
-        """Return a phrase that names variables that a component's FMU lacks, and similar names that it has."""
+        """Return a phrase that names the variables a component's FMU lacks, and existing ones with similar names."""
         component, pattern = self.system.divide(name)
         file = fmu_name(self.system.component(component).fmu)
         return f"{component} ({file}) has no {pattern}, {suggest(pattern, self._settable_names(component))}"
@@ -154,7 +155,7 @@ class Assignments:
             self.inputs.setdefault(signal.name, self.start_value(signal.name))
 
     def matching(self, name: str) -> list[str]:
-        """Return the settable variables that a name with `*` or `?` matches; return any other name unchanged."""
+        """Return the settable variables that match a name with `*` or `?`; return any other name unchanged."""
         if not is_pattern(name) or self._is_name(name):
             return [name]
         component, pattern = self._split(name)
@@ -176,7 +177,7 @@ class Assignments:
         return (signal.name if signal is not None else name), value
 
     def read_change(self, name: str, raw: Raw) -> tuple[str, float]:
-        """Read a value to which an input or a tunable parameter changes during the run; see `read`."""
+        """As `read`, for a value to which an input or a tunable parameter changes during the run."""
         component, variable = self.system.divide(name)
         port = self.interfaces[component].ports.get(variable) if component in self.interfaces else None
         is_tunable = port is not None and port.causality == "parameter" and port.variability == "tunable"
@@ -213,7 +214,7 @@ class Assignments:
         return name.strip(), raw.strip()
 
     def _exists(self, name: str) -> bool:
-        """Return whether a signal or a variable has this name, or this pattern matches a variable that can be set."""
+        """Return whether a signal or a variable has this name, or a settable variable matches this pattern."""
         component, pattern = self.system.divide(name)
         is_matched = component in self.interfaces and bool(matching_names(self._settable_names(component), pattern))
         return self._is_name(name) or (is_pattern(name) and is_matched)
@@ -250,7 +251,7 @@ class Assignments:
         if name != signal.name:
             factor, offset = signal.laws.get(name, UNCHANGED)
             if factor == 0.0:
-                raise ValueError(f"{name} cannot be set; its value is {offset:g} for any {signal.name}")
+                raise ValueError(f"{name} cannot be set; its value is {offset:g} for any value of {signal.name}")
             value = (value - offset) / factor
         for end in signal.targets:
             convert(signal.value_at(end, value), self._settable(end, ("input",)), end)

@@ -37,7 +37,7 @@ def described(source: Any) -> tuple[str, Any]:
 
 
 def _as_data(value: Any) -> Any:
-    """Return an array as lists, a large array as its digest, and other objects as text."""
+    """Return an array as lists, or as its digest if it is large; return any other object as text."""
     if isinstance(value, np.ndarray):
         return value.tolist() if value.size <= LARGEST else hashlib.sha256(value.tobytes()).hexdigest()
     return repr(value)

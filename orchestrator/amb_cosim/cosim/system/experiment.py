@@ -24,7 +24,7 @@ WARM_UP = 40  # steps before a settled motion is solved for; by then the plant's
 
 @dataclass(frozen=True)
 class InputChange:
-    """A new value of an input or a tunable parameter from `time` (s); `event` is the event that it belongs to."""
+    """A value that an input or a tunable parameter has from `time` (s) on; `event` names the event that sets it."""
 
     time: float
     variable: str
@@ -57,8 +57,8 @@ class Experiment:
     stop_time
         End of the run.
     start_time, settles
-        Beginning of the run, and whether the system settles. If it settles, the beginning is 0 or earlier, and the run
-        proper begins at time 0.
+        Beginning of the run, and whether the system settles before time 0. If it does, the beginning is 0 or earlier,
+        and the run proper begins at time 0.
     inputs
         Initial values of inputs, by name.
     events, profiles
@@ -77,8 +77,8 @@ class Experiment:
     settling
         Whether the motion before time 0 is simulated, solved for (`settling`), or solved for if possible.
     period
-        Duration of a cycle, in which times may be stated; 0 if there are no cycles. If the settled motion is solved
-        for, the last cycle before time 0 is still simulated, in order to fill windows over the past.
+        Duration of a cycle, in which times may be stated; 0 if there are no cycles. Even if the settled motion is
+        solved for, the last cycle before time 0 is simulated, in order to fill windows over the past.
     marks
         Times by label.
     unsolvable
@@ -134,7 +134,7 @@ class Plan:
     `parameters` are the parameters of components, and `texts` are the values of their String and Binary variables.
     `inputs` are the initial values of signals and scheduled inputs by name, and `events` are changes of these inputs as
     (point, name, value). Quantities of `stops` are recorded. `notices` report the variables that replacing components
-    lack, and `partial_events` report the events that are therefore incomplete. `warnings` report approximations, and
+    lack, and `partial_events` report the events that are incomplete without them. `warnings` report approximations, and
     parameters that are without effect or in conflict. The motion before point 0 is simulated from point `first`, or it
     is solved for and then simulated for `turn` steps; the angle at point 0 is the same. `period` is the duration of a
     cycle (s), or 0 if there are no cycles; `marks` are points by label.
@@ -192,7 +192,7 @@ class Plan:
 
     @property
     def common_steps(self) -> int:
-        """Number of steps between points at which every component has completed its step."""
+        """Number of steps between successive points at which every component has completed its step."""
         return math.lcm(*(component.every for component in self.system.components))
 
     @property
@@ -210,14 +210,14 @@ class Plan:
         return {c: interface.start_parameters | {**self.parameters[c]} for c, interface in self.interfaces.items()}
 
     def all_texts(self) -> dict[str, dict[str, str]]:
-        """Return the String and Binary values that were set, by component; Binary values are hexadecimal digits."""
+        """Return the String and Binary values that were set, by component; Binary values are in hexadecimal digits."""
         return {
             component: {name: value if isinstance(value, str) else value.hex() for name, value in values.items()}
             for component, values in self.texts.items()
         }
 
     def start_values(self) -> dict[str, dict[str, float]]:
-        """Return parameters and initial inputs by component; inputs that a shared signal feeds have its value."""
+        """Return parameters and initial inputs by component; inputs of a shared signal get their value from it."""
         values = {c.name: dict(self.parameters[c.name]) for c in self.system.components}
         for signal, value in self.inputs.items():
             shared = self.system.signal(signal)
@@ -234,7 +234,7 @@ class Plan:
         return component, self.interfaces[component].ports[variable] if port is None else port
 
     def schedules(self, names: Sequence[str]) -> list[Schedule]:
-        """Return the inputs over time, for a master whose signals have these names."""
+        """Return the schedules of the inputs, for a master whose signals have these names."""
         at = list(names).index
         steps: list[Schedule] = [PiecewiseConstant((n, at(name), value) for n, name, value in self.events)]
         return steps + [

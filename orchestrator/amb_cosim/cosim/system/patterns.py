@@ -49,7 +49,7 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
 
 
 def _connects_patterns(link: Connection, system: System, interfaces: Mapping[str, FmuInterface]) -> bool:
-    """Return whether the source of a connection is a pattern, and not the name of a variable."""
+    """Return whether the source of a connection is a pattern rather than the name of a variable."""
     component, name = system.divide(link.source)
     return is_pattern(link.source) and not (component in interfaces and name in interfaces[component].ports)
 
@@ -76,7 +76,7 @@ def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInte
 
 
 def _has(interface: FmuInterface | None, name: str) -> bool:
-    """Return whether a name is not a pattern, or is a pattern that matches a variable."""
+    """Return False if a name is a pattern that matches no variable, and True otherwise."""
     return interface is None or not is_pattern(name) or bool(matching_names(interface.ports, name))
 
 

@@ -29,7 +29,7 @@ def experiment_plan(
     settings: Mapping[str, Raw] | None = None,
     values: Assignments | None = None,
 ) -> Plan:
-    """Plan an experiment on the time grid of the master; every time except the end is moved to the nearest point.
+    """Plan an experiment on the time grid of the master; every time except the end is rounded to the nearest point.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def _end(experiment: Experiment, origin: float, system: System, values: Assignme
 
 
 def _settling(experiment: Experiment, common: int) -> tuple[Settling, list[str]]:
-    """Return how a run settles, with a notice if not as requested; all components step together every `common` steps.
+    """Return how a run settles, with a notice if not as requested; all components start a step every `common` steps.
 
     Raises
     ------
@@ -159,9 +159,9 @@ def _settling(experiment: Experiment, common: int) -> tuple[Settling, list[str]]
     """
     reason = experiment.unsolvable
     if experiment.record_settling:
-        reason = reason or "record.settling requests the motion before cycle 0"
+        reason = reason or "record.settling requires a simulated motion before cycle 0"
     if common > 1:
-        reason = reason or f"a component samples every {common} communication steps"
+        reason = reason or f"a component samples only every {common} communication steps"
     if experiment.start_time == 0.0:
         return "simulated", []
     if experiment.settling == "simulated" or not reason:
@@ -177,19 +177,19 @@ def cannot_settle(reason: str) -> str:
 
 
 def simulated_settling_notice(reason: str) -> str:
-    """Return the notice for a run whose settling is simulated instead of solved for."""
+    """Return the notice for a run that simulates its settling because it cannot solve for the settled motion."""
     return f"the motion before cycle 0 was simulated: {reason}"
 
 
 def _without_lacking(
     changes: Sequence[InputChange], values: Assignments
 ) -> tuple[list[InputChange], tuple[tuple[float, str], ...]]:
-    """Return the changes of existing variables, and the time (s) and a sentence for each incomplete event.
+    """Return the changes of existing variables, and the time (s) and a sentence for each event that lacks variables.
 
     Raises
     ------
     ValueError
-        If an event has no variable left, because a fault without effect would look harmless.
+        If none of the variables of an event exists, because a run would otherwise ignore a fault unnoticed.
     """
     events: dict[tuple[str, float], list[InputChange]] = {}
     for change in changes:
@@ -222,15 +222,15 @@ def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int)
         n = grid.nearest(f"point of {name}", time)
         if points and n <= points[-1][0]:
             raise ValueError(
-                f"point of {name} at {time:g} s is not allowed; it must be at least one communication step, "
-                f"{grid.step_size:g} s, after the previous point"
+                f"the profile point of {name} at {time:g} s is not allowed; it must be at least one communication "
+                f"step, {grid.step_size:g} s, after the previous point"
             )
         points.append((n, values.read(profile.variable, raw, "input")[1]))
     return Ramp(name, tuple(points), slope)
 
 
 def _sampled(profile: Profile, values: Assignments, grid: TimeGrid) -> tuple[tuple[int, float], ...]:
-    """Return the points of a profile that has a unit or, if they are closer than steps, its means over the steps."""
+    """Return the points of a profile with a unit or, if they are closer than a step, its mean over each step."""
     times, numbers = np.array(profile.points, dtype=np.float64).T
     zero, one = (values.read(profile.variable, f"{number} {profile.unit}".strip(), "input")[1] for number in (0, 1))
     numbers = zero + (one - zero) * numbers
@@ -250,7 +250,7 @@ def _sampled(profile: Profile, values: Assignments, grid: TimeGrid) -> tuple[tup
 def _sample_time(component: Component, values: Assignments) -> float | None:
     """Return a component's parameter `sample_time` if it is a Real, in s or without a unit, with a value above 0.
 
-    In other FMUs, a parameter of this name can mean something else: 0 and -1 often stand for continuous and inherited.
+    In some FMUs, a parameter of this name has another meaning: 0 and -1 often stand for continuous and inherited.
     """
     port = values.interfaces[component.name].ports.get("sample_time")
     if port is None or (port.causality, port.type) != ("parameter", "Real") or port.unit not in (None, "", "s"):
@@ -277,7 +277,8 @@ def _with_rate(component: Component, values: Assignments, h: float) -> Component
 def _uneven_samples(components: Sequence[Component], values: Assignments, h: float) -> Iterator[str]:
     """Yield a warning for each component whose samples fall between communication points.
 
-    A step that contains the instant of a sample takes the sample at its beginning (`signal_chain.sampling`).
+    If the instant of a sample is within a step, the sample is taken at the beginning of this step
+    (`signal_chain.sampling`).
     """
     for component in components:
         sample_time, step = _sample_time(component, values), component.every * h
@@ -289,7 +290,7 @@ def _uneven_samples(components: Sequence[Component], values: Assignments, h: flo
 
 
 def _start_grid(component: Component, values: Assignments, h: float) -> int:
-    """Return the number of steps between the start points from which a component also samples at time 0."""
+    """Return the interval, in steps, between start points from which a component takes a sample at time 0."""
     sample_time = _sample_time(component, values)
     samples = nearest_point(f"{component.name}.sample_time", sample_time, h) if sample_time is not None else 1
     fits = sample_time is not None and is_on_grid(samples, sample_time, h)
@@ -319,7 +320,7 @@ def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequ
 def _chosen(
     available: tuple[str, ...], named: tuple[str, ...], watched: tuple[str, ...], excluded: tuple[str, ...] | None
 ) -> tuple[str, ...]:
-    """Return the names that are watched or match `named`; if `excluded` is given, also all others not matching it."""
+    """Return the names that are watched, match `named` or, unless `excluded` is None, do not match `excluded`."""
 
     def is_recorded(name: str) -> bool:
         return name in watched or _matches(name, named) or (excluded is not None and not _matches(name, excluded))

@@ -5,7 +5,8 @@
     5,         0.12,                         -0.03
 
 The first column is the time; each other column is an input, with its name and its unit. Between rows, an input is
-linear. Rows closer than communication steps are averaged over each step, so that no impulse is lost.
+linear. If rows are closer together than communication steps, the input is averaged over each step, so that no impulse
+is lost.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
 
 
 def _version_of(path: Path) -> tuple[int, int] | None:
-    """Return the time (ns) and the size of a file, which change with its content; None if the file cannot be read."""
+    """Return the time of the last change (ns) and the size of a file; None if the file cannot be read."""
     try:
         status = path.stat()
     except OSError:

@@ -1,7 +1,7 @@
 """A component replaced by another FMU: remaining connections, missing ports, and notices.
 
-Another FMU can replace the original one if it provides, under the same names, every output that fed a remaining input.
-It may lack inputs. Connections of an `option` may be omitted, but only together.
+Another FMU can replace the original one if it provides, under the same names, every output that feeds an input of a
+component that remains. It may lack inputs. Connections of an `option` may be omitted, but only together.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Interfaces = Mapping[str, FmuInterface]
 def fitted(
     system: System, interfaces: Interfaces, interface_of: Callable[[Component], FmuInterface]
 ) -> tuple[System, Interfaces]:
-    """Return a system without patterns, and its interfaces; replacing FMUs inherit the connections of their ports.
+    """Return a system with expanded patterns, and its interfaces; replacing FMUs inherit the connections of ports.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def fitted(
 
 
 def original(system: System) -> System:
-    """Return the system with the FMUs that it was made for."""
+    """Return the system with its original FMUs in place of the replacing ones."""
     components = tuple(replace(c, fmu=c.replaces or c.fmu, replaces=None) for c in system.components)
     return replace(system, components=components)
 
@@ -101,7 +101,7 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
     Parameters
     ----------
     system, interfaces
-        The expanded system with the new FMUs.
+        The system with the new FMUs and its patterns expanded.
     before
         The same, expanded, with the original FMUs.
     """
@@ -164,7 +164,7 @@ def _breach(rules: Sequence[str]) -> str:
 
 
 def _silent_signals(system: System, before: System) -> list[str]:
-    """Return a line for each signal with a mandatory input that exists in no component."""
+    """Return a line for each signal that feeds nothing although one of its inputs is mandatory."""
     mandatory = {f"{c.name}.{variable}" for c in before.components for variable in c.mandatory}
     feeding = {signal.name for signal in system.signals}
     return [
@@ -175,7 +175,7 @@ def _silent_signals(system: System, before: System) -> list[str]:
 
 
 def _incomplete_options(system: System, before: System) -> list[Connection]:
-    """Return the optional connections that are missing although others of their group exist."""
+    """Return the optional connections that are missing although other connections of their group exist."""
     made = {link.target: link for link in system.connections}
     groups: dict[tuple[str, str, str], list[Connection]] = {}
     for link in before.connections:

@@ -19,10 +19,10 @@ from array_types import Array, Indices
 
 @dataclass(frozen=True)
 class StopCondition:
-    """Ends the run once `variable` has been `above` or `below` a limit for `hold` s without a break.
+    """Ends the run when `variable` has been `above` or `below` a limit for `hold` (s) without a break.
 
-    The other limit is None. The condition is checked from `begin` (s) or, by default, from the beginning of the run; a
-    `hold` of 0 means a single point.
+    The other limit is None. The condition is checked from `begin` (s) or, by default, from the beginning of the run;
+    with a `hold` of 0, a single point is sufficient.
     """
 
     variable: str
@@ -33,7 +33,7 @@ class StopCondition:
 
     def __post_init__(self) -> None:
         if (self.above is None) == (self.below is None):
-            raise ValueError(f"stop on {self.variable} needs either above or below")
+            raise ValueError(f"stop on {self.variable} must set either above or below")
 
     def on_grid(self, port: Port, grid: TimeGrid, beginning: int = 0) -> Condition:
         """Convert the condition to the unit of its variable and to communication steps, from point `beginning`."""

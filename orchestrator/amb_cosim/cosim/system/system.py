@@ -18,7 +18,7 @@ UNCHANGED = (1.0, 0.0)  # factor and offset of a value that is passed on as it i
 
 @dataclass(frozen=True)
 class Component:
-    """An instance of an FMU: its name, its model or FMU file, its rate, and mandatory inputs.
+    """An instance of an FMU: its name, its model or FMU file, its rate, and its mandatory inputs.
 
     `every` is the number of communication steps that one step of the component spans; a component with a parameter
     `sample_time` steps at that rate instead, unless its FMU takes any step. `replaces` is the replaced FMU; see
@@ -37,8 +37,9 @@ class Connection:
     """A connection of an output to an input of another component; both ends are `component.variable`.
 
     `option` names a group of connections that may be omitted together. An `inherited` connection was made for a
-    replaced FMU. A pattern excludes the inputs in `but`, which may be patterns. The input is `factor` times the output
-    plus `offset`. If `converts_units` is set, these numbers also convert the unit, so the units of the ends may differ.
+    replaced FMU. If a connection is a pattern, it excludes the inputs in `but`, which may be patterns as well. The
+    input is `factor` times the output plus `offset`. If `converts_units` is set, these numbers also convert the unit,
+    so the units of the ends may differ.
     """
 
     source: str
@@ -66,7 +67,7 @@ class Signal:
     """An exogenous signal that feeds several inputs at once.
 
     If it has a separate `port`, its value has the unit and type of the port, and `laws` are the factor and offset of
-    each input that is not equal to this value. Without a port, its value is the value of its inputs.
+    each input that is not equal to this value. Without a port, all its inputs have the value of the signal.
     """
 
     name: str
@@ -100,9 +101,9 @@ class System:
 
     `*` and `?` in names of connected variables, mandatory inputs and parameters match variables of the components (see
     `patterns.expand`); a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a run
-    records only if it names them. `stated` are the parameters, by component, that the system's file sets itself, or a
-    base that is not packaged. `unknown` are names with values in the file that no component has, and `remarks` are
-    other notices about the file. `check` compares the system with the components' interfaces.
+    records only if it names them. `stated` are the parameters, by component, that the system's file itself or a base
+    outside the packs sets. `unknown` are names to which the file assigns values but which no component has; `remarks`
+    are other notices about the file. `check` compares the system with the components' interfaces.
 
     Examples
     --------
@@ -186,7 +187,7 @@ class System:
         return next((signal for signal in self.signals if signal.name == name), None)
 
     def first_end(self, name: str) -> str:
-        """Return one input that a shared signal feeds; return any other name unchanged."""
+        """Return the first input of the shared signal with this name; return any other name unchanged."""
         signal = self.signal(name)
         return name if signal is None else signal.targets[0]
 

@@ -113,7 +113,7 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> Expe
 
 
 def _read(name: str, derived: tuple[str, ...] = ()) -> tuple[System, ExperimentTable | None]:
-    """Return a system and its run from a file and its bases; of several connections to an input, the last one applies.
+    """Return a system and its run from a file and its bases; if several connections feed an input, the last applies.
 
     Parameters of a packaged file without a base are not `stated`.
     """
@@ -167,7 +167,7 @@ def _overlaid(below: System, table: SystemTable, folder: Path, states: bool) -> 
 
 
 def _with_components(below: System, table: SystemTable, folder: Path) -> System:
-    """Return a system with a file's components, which replace those of the same name; `before` needs a base."""
+    """Return a system with the components of a file, which replace those of the same name; `before` requires a base."""
     system, replaceable = below, {c.name for c in below.components}
     for new in table.component:
         fmu = new.fmu if new.fmu in models() else str(folder / new.fmu)
@@ -217,7 +217,7 @@ def _without_component(system: System, name: str) -> System:
 
 
 def _without_source(system: System, component: str, pattern: str) -> System:
-    """Return a system without sources of the inputs that a pattern matches; connected patterns then exclude these.
+    """Return a system without sources of the inputs that match a pattern; other patterns then exclude these inputs.
 
     Raises
     ------
@@ -242,6 +242,6 @@ def _without_source(system: System, component: str, pattern: str) -> System:
 
 
 def _unfed(signals: Sequence[Signal], is_removed: Callable[[str], bool]) -> tuple[Signal, ...]:
-    """Return signals without some of their inputs; omit signals that then feed nothing."""
+    """Return the signals without some of their inputs, and without signals that then feed nothing."""
     reduced = (replace(s, targets=tuple(t for t in s.targets if not is_removed(t))) for s in signals)
     return tuple(signal for signal in reduced if signal.targets)

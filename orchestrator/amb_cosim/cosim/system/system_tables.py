@@ -23,9 +23,9 @@ class ComponentTable(Table):
     every: Count = 1
     """Number of communication steps in one step of the component."""
     mandatory: tuple[str, ...] = ()
-    """Inputs that a connection or a value must feed."""
+    """Inputs that must be connected or set."""
     before: str | None = None
-    """Component of the base before which this one steps."""
+    """Component of the base; this component steps before it."""
 
 
 class ConnectTable(Table):
@@ -36,7 +36,7 @@ class ConnectTable(Table):
     target: str = Field(alias="to")
     """Component with the inputs."""
     variables: tuple[str, ...] | dict[str, str]
-    """Names that both components share, or pairs of output and input."""
+    """Names of variables that both components have, or pairs of output and input."""
     option: str | None = None
     """Switch that enables the connection, such as `gradient`."""
 
@@ -57,7 +57,7 @@ class SharedSignalTable(Table):
 
 
 class EventTable(Table):
-    """New values of inputs from a certain time on."""
+    """New values that inputs have from a certain time on."""
 
     time: Value
     """Time of the change."""
@@ -123,7 +123,7 @@ class Record(Table):
     variables: tuple[str, ...] = (EVERYTHING,)
     """Patterns of names; `*` is the system's default, other variables must be named."""
     every: Count = 1
-    """Number of steps between samples."""
+    """Number of communication steps between recorded samples."""
     settling: bool | None = None
     """Whether times before 0 are recorded; by default true for a system file and false for a scenario."""
 

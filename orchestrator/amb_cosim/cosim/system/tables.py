@@ -77,7 +77,7 @@ def check_bases(name: str, derived: tuple[str, ...]) -> None:
 
 
 def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.inf) -> float:
-    """Convert a time to s; it must be above 0 unless `least` or `most` (s) says otherwise.
+    """Convert a time to s; it must be above 0, unless `least` or `most` (s) set another range.
 
     Raises
     ------

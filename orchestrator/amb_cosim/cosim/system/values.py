@@ -48,7 +48,7 @@ def plain_number(raw: Raw) -> float | None:
 
 
 def stated(value: str, raw: Raw) -> str:
-    """Return a converted value for a message, followed by the user's text if that contains a unit."""
+    """Return a converted value for a message, followed by the user's text if this text contains a unit."""
     is_other = isinstance(raw, str) and plain_number(raw) is None and raw.split() != value.split()
     return f"{value} ({raw})" if is_other else value
 
@@ -81,7 +81,7 @@ def convert(raw: Raw, port: Port, name: str) -> float:
 
 
 def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
-    """Convert `raw` to a number in the unit of a variable; units that its FMU declares have the declared meaning.
+    """Convert `raw` to a number in the unit of a variable; units that the FMU defines have the meaning defined there.
 
     With the FMU's definitions of both units, b = F v + O in the same base units, the number is (F v + O - O') / F'.
     """
@@ -115,7 +115,7 @@ def _in_absolute_unit_of(port: Port, raw: Raw, name: str) -> float:
 
 
 def _is_standard(port: Port) -> bool:
-    """Return whether the unit of a variable has its usual meaning: the FMU declares no unit, or the same one."""
+    """Return whether the unit of a variable has its usual meaning, because the FMU defines it so or not at all."""
     try:
         if port.definition is None:
             parse_unit(port.unit or "1")

@@ -30,7 +30,7 @@ Table = dict[str, list[str]]  # columns by their names, as texts
 
 @dataclass(frozen=True)
 class ReferenceExperiment:
-    """An experiment, with times in s (None for times of the FMU) and with values as texts, as in the files.
+    """An experiment, with values as texts, as in the files, and with times in s; None stands for the time in the FMU.
 
     `unread` is the reason why the experiment cannot be run.
     """

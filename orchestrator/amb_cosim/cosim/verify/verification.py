@@ -29,7 +29,7 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Verified:
-    """Result of an experiment: the numbers of compared points and values, and the largest deviation, if any.
+    """Result of an experiment: numbers of compared points and of compared values, and the largest deviation, if any.
 
     `failure` is the reason why the FMU failed, and `unread` is the reason why the experiment was not run. `allowed` is
     the tolerance that the experiment states; `tolerance` is the applied tolerance, which has limits. `omitted` are
@@ -78,7 +78,7 @@ class Verified:
 
 
 def _printable(text: str) -> str:
-    """Return a text with line breaks and control characters escaped; an FMU may name experiments arbitrarily."""
+    """Return a text with line breaks and control characters escaped, because names of experiments can be arbitrary."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 

@@ -72,7 +72,7 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
     references = {name: _numbers(name, experiment.references[name]) for name in names}
     if not names and not texts:
         listing = f"; it has {', '.join(omitted)}" if omitted else ""
-        unread = f"its reference results have no numbers to compare with{listing}"
+        unread = f"its reference results contain no numbers to compare{listing}"
         return Verified(experiment.name, tolerance, unread=unread)
     infinite = next((name for name in names if not np.isfinite(references[name]).all()), None)
     if infinite is not None:
@@ -155,7 +155,7 @@ def _simulated(
 def _compared_texts(
     references: Table, times: Array, names: list[str], seen: list[tuple[float, list[str]]]
 ) -> tuple[int, str]:
-    """Compare texts at the times of the references.
+    """Compare the values of Strings with the references, at the times of the references.
 
     Returns
     -------
@@ -174,7 +174,7 @@ def _compared_texts(
 
 
 def _reason_to_omit(variable: Any, experiment: ReferenceExperiment) -> str:
-    """Return why a column of the references proves nothing about an FMU, or an empty text if it proves something."""
+    """Return why a column of the references proves nothing about an FMU; an empty text if it proves something."""
     if variable.type in NO_NUMBERS and not (variable.type == "String" and not variable.shape):
         return f"of type {variable.type}{', an array' if variable.shape else ''}"
     if variable.causality == "input":
@@ -185,7 +185,7 @@ def _reason_to_omit(variable: Any, experiment: ReferenceExperiment) -> str:
 
 
 def _fault_of_times(texts: list[str], start_time: float, stop_time: float) -> str:
-    """Return the error in the times of reference results (s), or an empty text if they are within the run."""
+    """Return a phrase on what is wrong with the times of reference results (s); empty if they ascend within the run."""
     if not stop_time > start_time:
         return f"its stop time of {stop_time:g} s is not after its start at {start_time:g} s"
     times, margin = np.array([_number(text) for text in texts]), 1e-9 * (stop_time - start_time)
@@ -193,20 +193,20 @@ def _fault_of_times(texts: list[str], start_time: float, stop_time: float) -> st
         return "the times of its reference results are not in ascending order"
     if times[0] < start_time - margin or times[-1] > stop_time + margin:
         run = f"the run from {start_time:g} s to {stop_time:g} s"
-        return f"its reference results, from {times[0]:g} s to {times[-1]:g} s, are not within {run}"
+        return f"the times of its reference results, {times[0]:g} s to {times[-1]:g} s, are not within {run}"
     if times[-1] <= start_time + margin:
         return f"its reference results have no time after the start at {start_time:g} s"
     return ""
 
 
 def _spacing(texts: list[str]) -> float | None:
-    """Return the time between rows (s), or None if it changes or there is only one row."""
+    """Return the time between rows (s), or None if the rows are not equally spaced or there is only one row."""
     steps = np.diff([_number(text) for text in texts])
     return float(np.mean(steps)) if len(steps) and np.allclose(steps, steps[0], rtol=1e-6) else None
 
 
 def _inputs(stimuli: Table) -> tuple[dict[str, str], NDArray[Any] | None]:
-    """Return constant inputs as start values (including arrays), and the other inputs over time."""
+    """Return constant inputs, including arrays, as start values, and all other inputs over time."""
     columns = {name: column for name, column in stimuli.items() if name != "time"}
     constant = {name: column[0] for name, column in columns.items() if len(set(column)) == 1}
     varying = [name for name in columns if name not in constant]
@@ -270,8 +270,8 @@ def _largest_deviation(
 def _rows_at(times: Array, points: Array) -> Indices:
     """Return the row of the results that is nearest to each time of the references.
 
-    If two references have the same time, before and after an event, they correspond to the two rows of the results at
-    this time. A reference at the end of the run corresponds to the last row of the results.
+    Two references with the same time, before and after an event, correspond to the two rows of the results at this
+    time. A reference at the end of the run corresponds to the last row of the results.
     """
     rows = np.abs(points[:, None] - times[None, :]).argmin(axis=0)
     for k in np.flatnonzero(np.diff(times) == 0.0) + 1:

@@ -6,7 +6,7 @@ FMPy records numbers. An FMU can end a run in a step from t to t + h:
     FMI 3.0   terminateSimulation is true; values are then those at lastSuccessfulTime
 
 If the end is not stated, or is not between t and t + h, it is t, the end of the last completed step. FMPy itself
-repeats a step that is discarded without a request to end the run, and takes t + h as the end in FMI 3.0.
+repeats a step that is discarded without a request to end the run. In FMI 3.0, it takes t + h as the end.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class WatchedInstance:
 
     @property  # type: ignore[misc]
     def __class__(self) -> Any:
-        """The class of FMPy's instance, from which FMPy chooses the functions for inputs."""
+        """The class of FMPy's instance; FMPy uses it to choose the functions that set inputs."""
         return type(self._fmu)
 
     def exitInitializationMode(self) -> Any:

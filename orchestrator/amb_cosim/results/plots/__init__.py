@@ -54,7 +54,7 @@ class Plots:
         return figure(self._dataset, "orbits")
 
     def displacement(self) -> Figure:
-        """Draw the radius relative to the clearance at the places of `orbits`, and the spin speed if it changes."""
+        """Draw the radius relative to the clearance at bearings and touched sites, and the spin speed if it changes."""
         return figure(self._dataset, "displacement")
 
     def contact(self) -> Figure:
@@ -62,7 +62,7 @@ class Plots:
         return figure(self._dataset, "contact")
 
     def whirl(self) -> Figure:
-        """Draw the whirl speed at each site of `contact`, and mark whether the rotor slides or rolls there."""
+        """Draw the whirl speed at each touched site, and mark whether the rotor slides or rolls there."""
         return figure(self._dataset, "whirl")
 
     def magnets(self) -> Figure:
@@ -130,7 +130,9 @@ def figure(dataset: Signals, name: str) -> Figure:
     if name not in MODULES:
         raise ValueError(f"figure = {name!r} is not allowed; it must be one of {', '.join(MODULES)}")
     if "scenario" not in dataset.attrs:
-        raise ValueError(f"{name} cannot be drawn: this is the result of a system without a scenario; name variables")
+        raise ValueError(
+            f"{name} cannot be drawn: this is the result of a system without a scenario; name variables instead"
+        )
     dataset, left_out = finite_signals(dataset)
     without = f"; {not_finite(left_out)}" if left_out else ""
     if not has_motion(dataset):

@@ -82,7 +82,7 @@ def speed_is_drawn(dataset: Signals) -> bool:
 
 @dataclass(frozen=True)
 class Station:
-    """A place on the rotor whose motion is drawn: a bearing or a contact site; `site` is its contact site, if any."""
+    """A place on the rotor whose motion is plotted: a bearing or a contact site; `site` is its contact site, if any."""
 
     title: str
     place: str
@@ -99,7 +99,7 @@ class Station:
 
 
 def stations(dataset: Signals) -> list[Station]:
-    """Return each bearing's retainer, or the bearing if it has none, and the other contact sites of `touchable`."""
+    """Return a station for each bearing, at its retainer if any, and for each other contact site of `touchable`."""
     rotor = places(dataset)
     bearings = [Station(bearing_title(dataset, b), site or b, site) for b, site in rotor.bearings.items()]
     others = (site for site in touchable(dataset) if site not in rotor.retainers and path(dataset, site) is not None)
@@ -141,7 +141,7 @@ def fall_interval(dataset: Signals, times: Array | None = None) -> tuple[float, 
     """Return the limits of the time axis between which the first impacts of a fall are enlarged.
 
     The result is None for a run without a fall, or if this part is nearly the whole run or has too few samples for a
-    curve. The samples are those of the data set, unless `times` contains those of the curves.
+    curve. `times` are the positions of the samples of the curves, by default those of the data set.
     """
     first, times = first_impacts(dataset), time_values(dataset) if times is None else times
     if first is None:
@@ -152,7 +152,7 @@ def fall_interval(dataset: Signals, times: Array | None = None) -> tuple[float, 
 
 
 def enlarge(panel: Axes, interval: tuple[float, float]) -> None:
-    """Set the limits of a panel to a part of its time axis and to the values of its curves there."""
+    """Limit a panel to a part of its time axis, and to the range of its curves in this part."""
     lines = [np.asarray(line.get_data(), np.float64) for line in panel.lines]
     lines = [line for line in lines if line.shape[1] > 2]  # neither an event nor a limit
     values = np.concatenate([y[(interval[0] <= x) & (x <= interval[1])] for x, y in lines] or [np.zeros(0)])
@@ -170,7 +170,7 @@ def _cycle_length(dataset: Signals) -> float:
 
 
 def _time_limits(dataset: Signals) -> tuple[float, float]:
-    """Return the limits of the time axis: the ones that the scenario requests, or the limits of the run."""
+    """Return the limits of the time axis: those that the scenario sets, or else the limits of the run."""
     if "plot_cycles" in dataset.attrs:
         begin, end = dataset.attrs["plot_cycles"]
         return float(begin) * _cycle_length(dataset), float(end) * _cycle_length(dataset)
@@ -189,7 +189,7 @@ def label_time_axis(axes: Axes, dataset: Signals) -> None:
 
 
 def event_times(dataset: Signals) -> dict[str, float]:
-    """Return the times of the disturbance, the relief and the start of ROLAC on the time axis, if within its limits."""
+    """Return where disturbance, relief and start of ROLAC are on the time axis, without those beyond its limits."""
     begin, end = _time_limits(dataset)
     event_cycles = {event_name(dataset, role): dataset.attrs.get(f"{role}_cycle") for role in ROLES}
     event_cycles["ROLAC"] = switched_on(dataset)
@@ -208,7 +208,7 @@ def mark_events(axes: Axes, dataset: Signals) -> None:
 
 
 def name_events(axes: Axes, dataset: Signals) -> None:
-    """Write the names of the events of `mark_events` above the axes, whose limits must already be the final ones."""
+    """Write the names of the events of `mark_events` above the axes; the limits of the axes must have been set."""
     write_events(axes, event_times(dataset).items())
 
 

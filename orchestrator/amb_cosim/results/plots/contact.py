@@ -93,7 +93,7 @@ def touched_sites(dataset: Signals) -> dict[str, SiteForce]:
 
 
 def add_force_legend(figure: Figure, colours: list[str], runs: list[Signals], sites: list[str]) -> None:
-    """Explain the curves of `draw_forces` below a figure."""
+    """Add a legend for the curves of `draw_forces` below a figure."""
     sampled = any(is_sampled(run, site) for run in runs for site in sites)
     pale = samples(colours, lw=THIN, alpha=PALE)
     entries: dict[str, Any] = {
@@ -105,7 +105,7 @@ def add_force_legend(figure: Figure, colours: list[str], runs: list[Signals], si
 
 
 def _around(times: Array, interval: tuple[float, float]) -> slice:
-    """Return the samples within an interval, plus one on either side."""
+    """Return the samples within an interval, and one sample on either side of it."""
     first, stop = np.searchsorted(times, interval)
     return slice(max(int(first) - 1, 0), int(stop) + 1)
 
@@ -198,7 +198,7 @@ def _rolling_whirl(dataset: Signals, site: str) -> tuple[Array, bool]:
 
 
 def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
-    """Return limits that include the spin speed, its negative, and whirl speeds except `OUTLIERS` at either end."""
+    """Return limits around the spin speed, its negative, and all whirl speeds but the share `OUTLIERS` at each end."""
     finite = whirling[np.isfinite(whirling)]
     ends = np.quantile(finite, (OUTLIERS, 1.0 - OUTLIERS)) if finite.size else np.zeros(2)
     largest = float(Omega.max(initial=0.0)) or 1.0
@@ -207,7 +207,7 @@ def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
 
 
 def _scale_whirl(panel: Axes, low: float, high: float, spin: float) -> None:
-    """Set the limits of a whirl axis, and make it logarithmic beyond twice the spin if the whirl is much faster."""
+    """Set the limits of a whirl axis; make it logarithmic beyond twice the spin speed if the whirl is much faster."""
     fastest = max(-low, high)
     if 0.0 < MANY_SPEEDS * spin < fastest:
         panel.set_yscale("symlog", linthresh=2.0 * spin)

@@ -40,8 +40,8 @@ def first_impacts(dataset: Signals) -> Interval | None:
 def large_forces(times: Array, forces: list[Array]) -> Interval | None:
     """Return the limits (s) of the time with large forces, if it is only a small part of the run.
 
-    Forces above the share `LARGE` of the largest force count as large. If the large forces last longer, the first
-    contacts are shown, provided that there are at least `MANY`.
+    Forces above the share `LARGE` of the largest force count as large. If the large forces last longer, the interval
+    contains the first contacts, provided that the run has at least `MANY` contacts.
     """
     force = np.nanmax(np.abs(np.nan_to_num(forces)), axis=0) if forces else np.zeros(len(times))
     large = times[force > LARGE * force.max(initial=0.0)]

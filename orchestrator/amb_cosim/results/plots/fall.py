@@ -52,7 +52,7 @@ from amb_cosim.results.touchdown import touchdown as describe
 from array_types import Array
 
 Draw = Callable[[Axes, Signals, list[Station]], None]
-"""Draws a panel over time, of these stations."""
+"""Draws a panel with curves of these stations over time."""
 
 NO_BREAK = "\N{NO-BREAK SPACE}"
 LEAST_RISE = 1.0  # K, of an axis
@@ -166,12 +166,12 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
 
 def lowest_sample(dataset: Signals) -> Line2D:
     """Return the legend entry for the dashed line of `draw_fall`."""
-    label = "height at rest; a journal on the wall is higher" if gravity_across(dataset) else "contact"
+    label = "height at rest at the bottom (higher on the wall)" if gravity_across(dataset) else "contact"
     return Line2D([], [], color="black", ls=DASHED, label=label)
 
 
 def _reach(dataset: Signals, station: Station) -> float:
-    """Return the largest coordinate (m) in the picture of an orbit."""
+    """Return the largest coordinate (m) that the picture of an orbit must show."""
     ring = clearance(dataset, station.site) + float(np.abs(_offset(dataset, station.site)).max())
     return max(ring, float(np.nanmax(np.abs(_seen(dataset, station)))))
 
@@ -191,7 +191,7 @@ def _seen(dataset: Signals, station: Station) -> Array:
 def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -> bool:
     """Draw the paths of the journal and of a moving housing, and the clearance around the housing at rest.
 
-    Return whether the path has dots.
+    Return whether some samples of the path are drawn as dots.
     """
     unit = length_unit(limit)
     gap = clearance(dataset, station.site)

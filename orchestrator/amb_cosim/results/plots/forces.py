@@ -64,8 +64,8 @@ def draw_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None
 def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]], reach: float = REACH) -> None:
     """Mark the forces that the summary states and the peaks beyond the axis, with their values.
 
-    Only what is within the time limits of the panel is marked. The force axis includes the peaks there, but at most
-    those of `reach` times the largest mean.
+    Only forces and peaks within the time limits of the panel are marked. The force axis extends to the highest of these
+    peaks, but at most to `reach` times the largest mean.
     """
     unit, (begin, end) = _unit_of(forces), panel.get_xlim()
     shown = [(times, np.where((begin <= times) & (times <= end), force.peak, np.nan)) for times, force, _ in forces]
@@ -77,7 +77,7 @@ def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]], reach: 
     for line, k in enumerate(cut):
         (times, peak), colour = shown[k], forces[k][2]
         panel.plot(times[np.nanargmax(peak)], top, "^", ms=4.5, color=colour, zorder=4, clip_on=False)
-        text = f"peaks to {force_unit(highest[k]).text(highest[k], 3)}, beyond the axis"
+        text = f"peaks up to {force_unit(highest[k]).text(highest[k], 3)}, beyond the axis"
         write_in_corner(panel, text, colour, line)
     places = [(float(times[force.marked[0]]), force.marked[1], colour) for times, force, colour in forces]
     places = [place for place in places if begin <= place[0] <= end]
@@ -93,5 +93,5 @@ def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]], reach: 
 
 
 def _unit_of(forces: list[tuple[Array, SiteForce, str]]) -> ShownUnit:
-    """Return the unit of the force axis, the same in all parts of a run."""
+    """Return the unit of the force axis, which is the same for all parts of a run."""
     return force_unit(max(force.marked[1] for _, force, _ in forces))

@@ -45,7 +45,7 @@ def dots_sample() -> Line2D:
 
 
 def draw_joined(panel: Axes, x: Array, y: Array, **style: Any) -> bool:
-    """Draw a `joined` line, with dots for samples that nothing joins; return whether there are any dots."""
+    """Draw a `joined` line, with dots for samples without a line to another; return whether there are any dots."""
     panel.plot(x, y, **style)
     apart = np.isnan(np.concatenate([[np.nan], x, [np.nan]]))
     alone = apart[:-2] & apart[2:] & ~apart[1:-1]
@@ -108,7 +108,7 @@ def joined(
 
 
 def _vibrates(path: Array, touching: Bools, clearance: float) -> Bools:
-    """Return which chords meet at a sample in flight with a turn of more than `TURN`; `SHORT` chords do not count."""
+    """Return which chords meet at a turn of more than `TURN` at a sample in flight; `SHORT` chords do not count."""
     place = path[0] + 1j * path[1]
     chord = np.diff(place)
     is_long = np.abs(chord) > SHORT * clearance

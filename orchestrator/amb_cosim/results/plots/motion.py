@@ -175,7 +175,7 @@ def _draw_speed(panel: Axes, dataset: Signals) -> None:
 
 
 def run_parts(dataset: Signals) -> list[tuple[str, str, Bools]]:
-    """Return name, colour and samples of each part of a run: before the disturbance, from then on, after the relief.
+    """Return name, colour and samples of each part of a run: before the disturbance, up to the relief, and after it.
 
     A run without these events is divided at the time when ROLAC is switched on, if there is one. Adjacent parts share a
     sample.

@@ -76,7 +76,7 @@ def _by_unit(selection: Selection) -> dict[str, list[str]]:
 
 
 def _display_unit(unit: str, largest: float) -> ShownUnit:
-    """Return the unit in which values of an SI unit up to `largest` are drawn."""
+    """Return the display unit for values up to `largest` in an SI unit."""
     quantity = QUANTITIES.get(unit, "")
     if quantity == "speed":
         return speed_unit(unit)
@@ -91,7 +91,7 @@ def _short(names: list[str], name: str) -> str:
 
 
 def _heading(selection: Selection, names: list[str]) -> str:
-    """Return the description of a single variable; for several, their common words or else their number."""
+    """Return the description of a single variable; for several, its common first words or else their number."""
     if len(names) == 1:
         description = str(selection.dataset[names[0]].attrs.get("description", ""))
         return f"{names[0]}: {description}" if description else names[0]

@@ -183,7 +183,7 @@ class Line:
             return result
         is_supported = word in ("void", "ptr", "double") or word in [f"i{width}" for width in WIDTHS]
         if not is_supported:
-            raise ValueError(f"type {word!r} has no counterpart in C here: {self.text}")
+            raise ValueError(f"type {word!r} cannot be translated to C: {self.text}")
         return Type(word)
 
     def _types(self, end: str) -> tuple[Type, ...]:
@@ -235,7 +235,7 @@ class Line:
         elif kind == POINTER and word.startswith("@"):
             yield word
         else:
-            raise ValueError(f"constant {word!r} has no counterpart in C here: {self.text}")
+            raise ValueError(f"constant {word!r} cannot be translated to C: {self.text}")
 
     def values(self) -> list[Value]:
         """Read a list of typed operands in round brackets, and return the operands."""
@@ -269,7 +269,7 @@ def _variable(text: str) -> GlobalVariable:
     line = Line(re.sub(r", (align|comdat|section).*$", "", text))
     line.skip("internal", "private", "unnamed_addr", "local_unnamed_addr", "dso_local", "hidden")
     if not line.take("constant"):
-        raise ValueError(f"a variable that can be written has no counterpart in C here: {text}")
+        raise ValueError(f"a global variable that can be written cannot be translated to C: {text}")
     return GlobalVariable(line.result, line.typed())
 
 

@@ -42,7 +42,7 @@ def _write_intrinsic(body: FunctionBody, name: str, kind: Type, values: list[Val
     if base not in MEMORY:
         text = _mathematics(body, base, values) if kind == DOUBLE else _of_integers(body, base, kind, values)
         if not text:
-            raise ValueError(f"intrinsic llvm.{name} has no counterpart in C here: {line.text}")
+            raise ValueError(f"intrinsic llvm.{name} cannot be translated to C: {line.text}")
         body.set(line.result, kind, [text])
         return
     target, source, size = map(body.scalar, values[:3])

@@ -46,7 +46,7 @@ def write(body: FunctionBody, opcode: str, line: Line) -> None:
         kind = line.type()
         body.set(line.result, kind, [CONVERSIONS[opcode](body, value, kind)])
     else:
-        raise ValueError(f"instruction {opcode!r} has no counterpart in C here: {line.text}")
+        raise ValueError(f"instruction {opcode!r} cannot be translated to C: {line.text}")
 
 
 def _pair(line: Line) -> tuple[Value, Value]:
@@ -107,7 +107,7 @@ def _compare_reals(body: FunctionBody, line: Line) -> None:
     }
     kind = order[1:]
     if order not in special and kind not in OPPOSITE:
-        raise ValueError(f"comparison {order!r} has no counterpart in C here: {line.text}")
+        raise ValueError(f"comparison {order!r} cannot be translated to C: {line.text}")
     if order not in special:
         special[order] = f"{a} {ORDERS[kind]} {b}" if order[0] == "o" else f"!({a} {OPPOSITE[kind]} {b})"
     body.set(line.result, BIT, [special[order]])
@@ -185,7 +185,7 @@ def _constant_index(index: Value) -> int | None:
 def _allocate(body: FunctionBody, line: Line) -> None:
     kind = line.type()
     if line.take(",") and line.next != "align":
-        raise ValueError(f"alloca of a number of elements has no counterpart in C here: {line.text}")
+        raise ValueError(f"alloca with a number of elements cannot be translated to C: {line.text}")
     if body.is_read(line.result):
         (name,) = body.variables(line.result, POINTER)
         body.declare("uint64_t", f"{name}_room[{max(1, -(-kind.size // 8))}]")
@@ -211,7 +211,7 @@ def _store(body: FunctionBody, line: Line) -> None:
 
 def _refuse_shared(line: Line) -> None:
     if line.next in ("volatile", "atomic"):
-        raise ValueError(f"{line.next} memory has no counterpart in C here: {line.text}")
+        raise ValueError(f"{line.next} access to memory cannot be translated to C: {line.text}")
 
 
 def _stored_type(kind: Type) -> str:

@@ -64,14 +64,16 @@ def _table(variable: GlobalVariable, name: str) -> str:
         return f"static const uint64_t {name}[{max(1, -(-variable.value.type.size // 8))}] = {{0}};"
     finite = all(kind != DOUBLE or math.isfinite(float(n or 0.0)) for kind, n in zip(kinds, numbers, strict=True))
     if len(set(kinds)) > 1 or POINTER in kinds or not finite:
-        raise ValueError(f"a table of several types, addresses or infinite numbers has no counterpart: {variable.name}")
+        raise ValueError(
+            f"a table with several types, addresses or infinite numbers cannot be translated to C: {variable.name}"
+        )
     listed = ", ".join(constant(kinds[0], number) for number in numbers)
     return f"static const {c_type(kinds[0])} {name}[{len(kinds)}] = {{{listed}}};"
 
 
 def _head(function: Function, names: Mapping[str, str]) -> str:
     if function.returns.is_aggregate:
-        raise ValueError(f"a function that returns a structure has no counterpart in C here: {function.name}")
+        raise ValueError(f"a function that returns a structure cannot be translated to C: {function.name}")
     of = c_type if function.is_internal else _outside
     parameters = ", ".join(f"{of(p.type)} p{k}" for k, p in enumerate(function.parameters)) or "void"
     kind = "static " if function.is_internal else ""
@@ -92,7 +94,7 @@ class _Translation:
         self._phis = {block.name: list(_phis(block)) for block in function.blocks}
 
     def text(self) -> str:
-        """Return the function without its head."""
+        """Return the body of the function, including the braces."""
         for k, parameter in enumerate(self._function.parameters):
             self._parameter(parameter, f"p{k}")
         for number, block in enumerate(self._function.blocks):

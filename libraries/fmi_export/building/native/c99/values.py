@@ -60,7 +60,7 @@ class FunctionBody:
         ]
 
     def is_read(self, name: str) -> bool:
-        """Return whether anything reads a value."""
+        """Return whether any instruction reads a value."""
         return self._uses[name] > 0
 
     def is_needed(self, line: Line) -> bool:
@@ -90,7 +90,7 @@ class FunctionBody:
             self.out(" ".join(f"(void){variable};" for variable in self.variables(name, kind)))
 
     def alias(self, name: str, kind: Type, scalars: list[str]) -> None:
-        """Use existing scalars as a value without copying them, unless an earlier branch declared variables for it."""
+        """Use existing scalars as a value without copying them, unless an earlier branch declared its variables."""
         if name in self._variables:
             self.set(name, kind, scalars)
         else:
