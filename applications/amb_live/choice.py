@@ -11,7 +11,7 @@ from amb_live.rig import Rig, rig
 
 
 def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = False) -> list[Rig]:
-    """Return the rigs of a page: the scenario and, unless it is `alone` or `rotor` is given, the packs' scenarios.
+    """Return the rigs of a page: the scenario and, unless `alone` is true or `rotor` is given, the packs' scenarios.
 
     Parameters
     ----------

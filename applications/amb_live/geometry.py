@@ -1,4 +1,4 @@
-"""Drawing data of a rotor: shaft, discs, bearings, contact sites, faces, and the shape given by the sensors."""
+"""Drawing data of a rotor: shaft, discs, bearings, contact sites, faces, and the shape between measured points."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
 
 
 def _radii(rotor: Rotor) -> list[float]:
-    """Return the outer radius (m) at each node, which is that of the element that begins there, or of the last one."""
+    """Return the outer radius (m) at each node, from the element that begins there or, at the end, the last element."""
     radii = [max(layer.diameter[0] for layer in layers) / 2.0 for layers in rotor.elements]
     return [*radii, radii[-1]]
 

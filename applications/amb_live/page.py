@@ -53,7 +53,7 @@ def page(rigs: Sequence[Rig], documentation: str = "") -> str:
 
 
 def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
-    """Return the compressed data of the page: every rig, and the parts that rigs share, stored once."""
+    """Return the compressed data of the page: every rig, and the parts that rigs share, each stored once."""
     rigs_data: list[dict[str, Any]] = []
     variables: dict[str, Any] = {}
     parts: dict[str, bytes] = {}

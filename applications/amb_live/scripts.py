@@ -1,8 +1,8 @@
 """Joins JavaScript modules into one script, so that the page is self-contained and its build needs no other program.
 
 Each module becomes a function that is called once and returns the module's exports, from which imports take names. The
-modules use a simple subset of the language: every import lists names from a file, given by its relative path; every
-export precedes a function, class or constant, or lists names; and there are no circular imports.
+modules use a simple subset of the language. Every import lists names from a file, given by its relative path. Every
+export precedes a function, class or constant, or lists names. There are no circular imports.
 """
 
 from __future__ import annotations

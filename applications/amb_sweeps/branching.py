@@ -1,8 +1,8 @@
-"""Points of a sweep that are identical until an event share the run up to there, by restoring its saved state.
+"""Points of a sweep that are identical until an event share the run up to this event, by restoring its saved state.
 
 Before each event that the sweep varies, a run saves its state in the memory of the FMUs. A later point continues from
 the latest saved state with the same past; its results are bitwise equal to those of a complete run. Points are ordered
-so that variations before an event change least often, and the moments of an event ascend.
+so that the variations that act first change least often, and the moments of each event ascend.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Branches:
 
 
 def varied_labels(design: SamplePlan, labels: Sequence[str]) -> tuple[str, ...]:
-    """Return those event labels that a design varies, in the order of time in which they are given."""
+    """Return the event labels that a design varies; they keep the order of `labels`, which is the order in time."""
     varied = {_label_of(axis, labels) for axis in design.axes}
     return tuple(label for label in labels if label in varied)
 

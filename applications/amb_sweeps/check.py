@@ -23,7 +23,7 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
     ------
     ValueError
         If a name or a value is invalid, two names vary the same variable, a setting has no effect, or a number without
-        a unit is far from the scenario's.
+        a unit is far from the scenario's value.
     """
     runner, labels = Runner(task), task.scenario.labels
     guids: dict[str, str] = {}

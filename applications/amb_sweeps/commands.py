@@ -142,7 +142,7 @@ def _kept(ready: NamedSweep, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _function(text: str) -> Callable[..., Any]:
-    """Return the function named by FILE:FUNCTION; workers receive it by value."""
+    """Return the function named by FILE:FUNCTION; it is pickled by value, so that workers do not import FILE."""
     file, _, name = text.rpartition(":")
     if not file or not Path(file).is_file():
         raise ValueError(f"--metric {text} is not allowed; it must be FILE:FUNCTION, and FILE must exist")

@@ -4,8 +4,8 @@ A batch takes about `BATCH_TIME`, estimated from earlier points. Each process ru
 points of this batch can be the cause of a crash. Dask repeats the batch once. If the repetition also crashes a process,
 the points are run one by one. A point that crashes two processes on its own is recorded as `crashed`.
 
-Processes of a local cluster use TLS, with certificates that are created for it and stay in memory, because a scheduler
-runs code for anyone who can connect, and all users of a machine can connect to 127.0.0.1.
+Processes of a local cluster use TLS, with certificates that are created for it and stay in memory. Without TLS, all
+users of the machine could connect to 127.0.0.1, and a scheduler runs code for anyone who can connect.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluste
 
 
 def _check_answer(scheduler: str) -> None:
-    """Raise Dask's error or TimeoutError if no scheduler responds at an address; a client would wait instead."""
+    """Raise Dask's error or TimeoutError if no scheduler responds at an address; a Dask client would keep waiting."""
     from distributed.core import rpc
     from distributed.security import Security
 
@@ -143,8 +143,8 @@ def _check_answer(scheduler: str) -> None:
 def _within(seconds: float, call: Callable[[], T]) -> T:
     """Return the result of a call, or raise TimeoutError; a call that never returns blocks only its own thread.
 
-    The call runs in its own thread, because the caller's thread may have an event loop. A starting Dask client can wait
-    forever despite its time limit, if the scheduler disconnects or another client is garbage-collected.
+    The call runs in its own thread, because the caller's thread may have an event loop. Despite its time limit, a Dask
+    client that starts can wait forever if the scheduler disconnects or another client is garbage-collected.
     """
     outcome: futures.Future[T] = futures.Future()
 
@@ -164,7 +164,7 @@ def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, repor
     Raises
     ------
     KeyboardInterrupt
-        If a signal arrives; earlier results are in the store.
+        If a signal interrupts the process; earlier results are in the store.
     ClusterFailed
         If the cluster has ended, or has no process.
     """
@@ -246,7 +246,7 @@ class BatchScheduler:
         self._running[future] = points
 
     def _next_batch(self) -> list[int]:
-        """Return points for about `BATCH_TIME`, and fewer at the end, so that all processes finish together."""
+        """Return points that take about `BATCH_TIME`, and fewer at the end so that all processes finish together."""
         size = int(BATCH_TIME * self._finished / self._seconds) if self._seconds > 0.0 else 1
         share = len(self._waiting) // (2 * max(1, self._threads()))
         return [
@@ -254,7 +254,7 @@ class BatchScheduler:
         ]
 
     def _collect(self) -> None:
-        """Wait for results, and take all that are available."""
+        """Wait for results, and store all that are available."""
         from distributed import wait
 
         if not self._running:
@@ -298,7 +298,7 @@ class BatchScheduler:
         self._report(self._done, self._total, self._link)
 
     def _dashboard(self) -> str:
-        """Return the address of the dashboard without Dask's endless requests to the scheduler."""
+        """Return the address of the dashboard; Dask's own function would repeat its request without end."""
         from distributed.utils import format_dashboard_link
 
         if self._client.cluster is not None:

@@ -61,7 +61,7 @@ def draw_maps(swept: Sweep) -> list[str]:
     """Plot `outcome` and the metrics of a sweep into its folder, one figure each; return the names of the files.
 
     The first two numeric axes are the axes of a map; the values of all other axes are shown in up to `MOST_PANELS`
-    panels. A sample is drawn as points over its first two ranges. Crosses mark failed runs.
+    panels. The points of a sample are shown in the plane of its first two ranges. Crosses mark failed runs.
     """
     dataset = swept.dataset
     names = [

@@ -16,7 +16,7 @@ KEY_VALUES = {  # unit and, unless the name says it, description
     "contact": ("1", "1 if the rotor touched at any time from cycle 0 on"),
     "recovered": ("1", "1 if the rotor is stable and free of contact for the last five cycles"),
     "rolling": ("1", "1 if the rotor rolled on a site through a full whirl revolution or more"),
-    "contact_share": ("1", "Fraction of the time between disturbance and relief in contact"),
+    "contact_share": ("1", "Fraction of time in contact between disturbance and relief"),
     "averaged_contact_force": ("N", ""),
     "peak_contact_force": ("N", ""),
     "peak_impulse": ("N s", ""),

@@ -15,8 +15,8 @@ MOST_NAMED = 5  # variables in a message
 def varied_variables(name: str, labels: Sequence[str], variables: Assignments) -> set[str]:
     """Return the variables of a name or pattern.
 
-    Inputs of a signal are returned as the signal, and both moments of an event as one variable. A name that does not
-    belong to a variable, such as a field of the scenario, is returned as it is.
+    Inputs of a shared signal are returned as the signal, and the cycle and the time of an event as one variable. A name
+    that does not belong to a variable, such as a field of the scenario, is returned as it is.
     """
     label = event_of(labels, name)
     if is_moment(name):
@@ -34,7 +34,7 @@ def varied_variables(name: str, labels: Sequence[str], variables: Assignments) -
 def refuse_overlaps(axes: Iterable[Axis], labels: Sequence[str], variables: Assignments) -> None:
     """Refuse variables that two names of a sweep vary, because the second would override the first.
 
-    The settings of one label of a table may overlap, because they are an ordered list.
+    The settings of one label of a table may overlap, because they are applied in order.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def refuse_overlaps(axes: Iterable[Axis], labels: Sequence[str], variables: Assi
 def refuse_idle_settings(
     settings: Iterable[str], axes: Iterable[Axis], labels: Sequence[str], variables: Assignments
 ) -> None:
-    """Refuse a setting that has no effect because all its variables are varied; variations by tables do not count.
+    """Refuse a setting that has no effect because all its variables are varied; variations by tables are ignored.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Distribution of a sweep's peak force over the phase of an event within a turn."""
+"""Distribution of a sweep's peak force at each phase of an event within a turn."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LEGEND = 1.4  # inches, width of the title of the legend
 
 
 def draw_phases(swept: Sweep) -> list[str]:
-    """Plot the peak force over the phase of an event, if varied, into the sweep's folder; return the file names."""
+    """Plot the peak force against the phase of an event, if varied, into the sweep's folder; return the file names."""
     dataset = swept.dataset
     varied = [str(name) for name in dataset.coords if is_phase(str(name))]
     if not varied or METRIC not in dataset or not dataset[METRIC].notnull().any():
@@ -42,7 +42,7 @@ def draw_phases(swept: Sweep) -> list[str]:
 
 @mpl.rc_context(STYLE)
 def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFigure:
-    """Draw the median, quartiles and extremes of the peak force over `along`, an event's cycle, shown in degrees.
+    """Draw the median, quartiles and extremes of the peak force against `along`, an event's cycle, shown in degrees.
 
     The distribution covers all other numeric variations; each alternative has its own panel. For a sample, each point
     is drawn.

@@ -1,6 +1,6 @@
 """Bisects the boundary between two outcomes along the axes of a grid.
 
-If neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run, and the half of the
+If neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run. The half of the
 interval whose ends differ is kept. This is repeated until the interval is shorter than the tolerance. Each round halves
 all intervals, so spacing / tolerance = 2^n takes n rounds.
 """
@@ -150,7 +150,7 @@ def check_refinement(design: SamplePlan, tolerance: float, metric: str) -> None:
 
 
 def refined_axes(design: SamplePlan) -> list[Axis]:
-    """Return the ordered numeric axes, which allow points in between."""
+    """Return the numeric axes with ascending values, between which further points can lie."""
     return [axis for axis in design.axes if _is_ordered(axis)]
 
 

@@ -1,4 +1,4 @@
-"""Robustness of a scenario's outcome if H is identified, or if values are changed slightly.
+"""Robustness of a scenario's outcome to small changes of its values, and to H that is identified in its sampled loop.
 
 If such a change flips the outcome, the outcome is called *fragile*, because it depends as much on the digits of the
 input as on the machine.
@@ -89,7 +89,7 @@ class Robustness(WarnedResult, DrawnResult):
 
     @property
     def flips(self) -> dict[str, str]:
-        """The decided outcomes that differ from the scenario's, by change; none if its own outcome is undecided."""
+        """The decided outcomes that differ from the scenario's outcome, by change; empty if the latter is undecided."""
         if AS_IT_IS in self.undecided:
             return {}
         differing = (row for row in self.rows if row.outcome != self.outcome and row.changed not in self.undecided)
@@ -141,7 +141,7 @@ def robustness(
     flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> Robustness:
-    """Return whether a scenario's outcome stays the same if H is identified, or if quantities change slightly.
+    """Return whether a scenario keeps its outcome if H is identified in its loop, or if quantities change slightly.
 
     K_b, C_b, alpha, clearances and unbalances are changed one at a time. Quantities that the machine lacks are not
     varied.

@@ -147,7 +147,7 @@ def sweep(
     boundary
         Metric that provides the boundary in maps without bisection: recovered, contact or rolling.
     certainty
-        Fraction of an axis to which a boundary is bisected.
+        Length, as a fraction of an axis, below which intervals at a boundary are not bisected further.
     scheduler, jobs
         Address of a Dask scheduler, or the number of processes of a local cluster, which is one per processor by
         default. A script that starts a local cluster must do so under `if __name__ == "__main__":`.
@@ -200,7 +200,7 @@ def sweep(
 
 
 def _labels(scenario: Scenario, design: SamplePlan) -> tuple[str, ...]:
-    """Return the event labels of all scenarios of a sweep, in order of time."""
+    """Return the event labels of all scenarios of a sweep, those of each scenario in order of time."""
     names = {str(name) for point in design.corners() if (name := design.settings(point).get("scenario"))}
     others = (load_scenario(name).labels for name in sorted(names))
     return tuple(dict.fromkeys((*scenario.labels, *chain.from_iterable(others))))

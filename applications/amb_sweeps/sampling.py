@@ -19,7 +19,7 @@ POINT = "point"  # name of the axis of listed points
 
 @dataclass(frozen=True)
 class SamplePlan:
-    """The axes of a sweep, whose product is its points, and the sampling method."""
+    """The axes of a sweep, whose product is the set of its points, and the sampling method."""
 
     axes: tuple[Axis, ...]
     sampling: str = "grid"
@@ -51,7 +51,7 @@ class SamplePlan:
                 yield int(np.ravel_multi_index(index, self.shape))
 
     def with_units(self, units: Mapping[str, str]) -> SamplePlan:
-        """Return a copy in which numbers without a unit have these units, by name."""
+        """Return a copy in which numbers without a unit have the unit that `units` contains for their variable."""
 
         def labelled(column: Column) -> Column:
             unit = units.get(column.name, "")
@@ -82,7 +82,7 @@ def sample_plan(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
     Raises
     ------
     ValueError
-        If a grid has a range, a sample has none, or there are too many points.
+        If a grid has a range without a count, a sample has no such range, or there are too many points.
     """
     variations = read_variations(vary)
     axes = tuple(v for v in variations if isinstance(v, Axis))

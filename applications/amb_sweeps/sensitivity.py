@@ -22,7 +22,7 @@ def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "peak_con
     Raises
     ------
     ValueError
-        If the sweep is not a Saltelli sample, there is no such metric, or the metric has no value for a run.
+        If the sweep is not a Saltelli sample, there is no such metric, or the metric has no value for one of the runs.
     """
     import xarray as xr
     from SALib.analyze import sobol

@@ -23,7 +23,7 @@ HEAD = """\
 
 
 class StoredOutcome(Table):
-    """Outcome of a run, and the different outcomes of its variations, by change."""
+    """Outcome of a run and, by change, the outcomes of those variations whose outcome differs."""
 
     outcome: str
     flips: dict[str, str] = Field(default={})

@@ -1,4 +1,4 @@
-"""The study that needs sweeps."""
+"""The study of robustness, which this package provides."""
 
 from amb_analysis.studies import Study
 

@@ -137,7 +137,7 @@ def _is_on(plan: ScenarioPlan, switch: str) -> bool:
 
 
 def _without_h(plan: ScenarioPlan) -> str:
-    """Return why identified H is not a variation of a run; empty if the outcome depends on H."""
+    """Return why a run has no variation with identified H; empty if the outcome depends on H."""
     if not _is_on(plan, "rolac_enable"):
         return "the synchronous control is off"
     if _is_on(plan, "identify"):

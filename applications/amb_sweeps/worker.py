@@ -224,7 +224,7 @@ def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:
 
 
 def _checked(name: str) -> str:
-    """Return the name of a user's metric, if it is allowed as the name of a variable in the store."""
+    """Return the name of a user's metric; raise ValueError if the store does not allow it as the name of a variable."""
     if not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in ("outcome", "reason", "seconds"):
         raise ValueError(
             f"{name!r} is not a name for a metric; it must have the form friction_heat or friction_heat.seal"

@@ -1,8 +1,8 @@
 """Groups of Zarr arrays whose chunks have checksums, which detect damage by a disk or a copy.
 
-The checksum is computed from the compressed bytes, so damaged data are never unpacked. The checksum codec is that of
-Zarr format 2. Format 3 has another codec, but does not specify an index of all metadata. Zarr reads a missing chunk as
-an empty one. Empty chunks are therefore also written, and a missing chunk is an error.
+The checksum is computed from the compressed bytes, so damaged data are never unpacked. The groups have Zarr format 2
+with its checksum codec. Format 3 also has a checksum codec, but does not specify an index of all metadata. Zarr reads a
+missing chunk as an empty one. Empty chunks are therefore also written, and a missing chunk is an error.
 
 A store from elsewhere is not trusted: its chunks must be files of the store, not links, and may only use the codecs
 with which this package writes. A Zstandard block of 4 bytes expands to at most 128 KiB, so all arrays together have at
@@ -111,7 +111,7 @@ def _check_descriptions(path: Path) -> None:
 
 
 def _check_chunks(folder: Path) -> int:
-    """Return the total size of an array's chunks; raise ValueError if one is missing or a link, or codecs differ.
+    """Return the total size of an array's chunks; raise ValueError for a missing chunk, a link or a forbidden codec.
 
     Arrays written by version 0.2.0 have no checksums and may lack chunks.
     """

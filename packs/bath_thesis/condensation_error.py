@@ -47,14 +47,14 @@ def condensation_error(
     speeds
         Spin speeds (rad/s), shape (n,).
     planes
-        Node numbers to condense to, which must support the rotor; by default its master planes.
+        Node numbers to condense to, by default the master planes; the rotor must not move freely when they are fixed.
     count
         Number of modes that are compared.
 
     Raises
     ------
     ValueError
-        If there are no planes, or they do not support the rotor.
+        If there are no planes, or the rotor can still move freely when they are fixed.
     """
     chosen = rotor.masters if planes is None else planes
     require(len(chosen) > 0, "planes", list(chosen), "a list of node numbers to condense to")

@@ -61,7 +61,7 @@ def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
 
 
 def even_nodes(rotor: Rotor) -> Rotor:
-    """Return a uniform rotor with equidistant nodes, one for each master; the bearings are next to the outermost.
+    """Return a uniform rotor with equidistant nodes, one for each master; the bearings are next to the end nodes.
 
     The other parts keep their order. Masses and bearings change their positions on such a coarse mesh.
     """
@@ -89,7 +89,7 @@ def even_nodes(rotor: Rotor) -> Rotor:
 
 
 def mesh_family(rotor: Rotor) -> dict[int, Rotor]:
-    """Return meshes of `rotor` by number of nodes: with ten and six added, with its own nodes, and with its masters.
+    """Return `rotor` on meshes with ten more nodes, six more nodes, its own nodes, and its masters, by number of nodes.
 
     The last mesh is omitted if the masters alone do not form a mesh.
     """

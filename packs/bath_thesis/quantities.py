@@ -173,7 +173,7 @@ FASTEST = 300.0  # rad/s; largest critical speed
 
 
 def critical_speeds(run: Signals, count: int) -> Annotated[list[float], "rad/s"]:
-    """Return the lowest critical speeds (rad/s) with forward whirl, on bearings that have the gains of MB1 in x."""
+    """Return the lowest critical speeds (rad/s) with forward whirl, on bearings with the control gains of MB1 in x."""
     k_b, c_b = (parameter(run, "rolac_controller", f"mb1.{gain}_x") or 0.0 for gain in ("k_b", "c_b"))
     data = json.loads(run.attrs["scenario_data"]).get("rotor")
     rotor = validate(data, Rotor, "rotor of the run") if isinstance(data, dict) else load_rotor(data)
@@ -194,7 +194,7 @@ def step_of_unbalance(run: Signals, disc: str) -> Annotated[list[float], "kg.m"]
 
 
 def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annotated[float | None, "1"]:
-    """Return the largest ratio (1) of the final amplitude to the one before ROLAC in `planes`, named by x sensors."""
+    """Return the largest ratio (1) of final amplitude to amplitude before ROLAC in `planes` (names of x sensors)."""
     chosen = [(x, y) for x, y in SENSOR_PLANES if x in planes.split(",")]
     pairs = [(sensor_amplitude(run, x, y, "before"), sensor_amplitude(run, x, y, "end")) for x, y in chosen]
     return max((after / before for before, after in pairs if before and after is not None), default=None)
@@ -213,7 +213,7 @@ def identified_norm(run: Signals) -> Annotated[float | None, "N/m"]:
 
 
 def frequency_panels(result: MeshAndCondensation) -> list[Panel]:
-    """Return the errors of all meshes, compared with the finest consistent one, and of the condensed frequencies."""
+    """Return plots of the frequency errors of all meshes, relative to the finest one, and of the condensed model."""
     meshes, condensed = result.frequencies.by_mesh, result.frequencies.condensed
     exact = np.array(next(iter(meshes.values()))["consistent"]["90"])
     rows = {
@@ -283,7 +283,7 @@ def force_panels(result: IdentificationForce) -> list[Panel]:
 
 
 def norm_panels(result: SynchronousResponse) -> list[Panel]:
-    """Return plots of the response's norm over the spin speed, the lines of (5.19), and the identified norm (5.18)."""
+    """Return plots of the response's norm against spin speed, the lines of (5.19), and the identified norm (5.18)."""
     at = result.at_speeds
     curves = [curve("(5.19)", result.speeds, 1e6 * result.thesis, "dashed")]
     for k in range(0, len(result.forces), 2):
@@ -297,7 +297,7 @@ def norm_panels(result: SynchronousResponse) -> list[Panel]:
 
 
 def reduction_panels(result: ModelReduction) -> list[Panel]:
-    """Return plots of frequencies and response of the full, condensed and 6-node models over the spin speed."""
+    """Return plots of frequencies and response of the full, condensed and 6-node models against spin speed."""
     frequencies, responses, errors = [], [], []
     full = result.models[FULL].displacement
     for model, over_speed in result.models.items():
@@ -329,7 +329,7 @@ def smallest_force(result: ContactLaws, law: str) -> Annotated[float, "N"]:
 
 
 def law_panels(result: ContactLaws) -> list[Panel]:
-    """Return a plot of force over penetration in an impact, for each contact law."""
+    """Return a plot of force against penetration in an impact, for each contact law."""
     curves = (
         curve(f"{name.replace('_', ' ')} ({loop.equation})", 1e6 * loop.penetration, 1e-3 * loop.force)
         for name, loop in result.laws.items()

@@ -223,7 +223,7 @@ def alternatives(statement: Statement, statements: Statements) -> list[Computati
 
 
 def on_converged(statement: Statement, statements: Statements) -> list[Computation]:
-    """Return a list of the way to compute a statement with more modes; empty if there is no such model."""
+    """Return the way to compute a statement with more modes, in a list that is empty without such a model."""
     return [_way(statement, Reading(source=statement.converged), statements)] if statement.converged else []
 
 
@@ -234,7 +234,7 @@ def _way(statement: Statement, way: Reading, statements: Statements) -> Computat
 
 
 def reading_of(source: Source) -> list[str]:
-    """Return the factor on all unbalances of the source's scenario and the reading of the source, if there are any."""
+    """Return, as texts, the factor on all unbalances of the source's scenario unless it is 1, and any reading."""
     factor = source.unbalance_factor or (load_scenario(source.scenario).unbalance_factor if source.scenario else 1.0)
     scaled = [] if factor == 1.0 else [f"all unbalances times {factor:g}"]
     return [*scaled, *([source.reading] if source.reading else [])]

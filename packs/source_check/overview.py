@@ -17,7 +17,7 @@ REASONS: Mapping[Cause, str] = {
 
 
 def overview(report: Report) -> str:
-    """Return sentences with the number of statements for each verdict, and of missed statements for each cause."""
+    """Return sentences with the number of statements for each verdict, and the missed statements for each cause."""
     counts, label = report.counts(), report.statements.label
     plain, with_reading = counts[Verdict.REPRODUCED], counts[Verdict.WITH_READING]
     within, missed = counts[Verdict.WITHIN_LIMIT], counts[Verdict.MISSED]

@@ -55,7 +55,7 @@ class _Function(NamedTuple):
 
 
 def _functions(*modules: str) -> Iterator[_Function]:
-    """Yield those public functions of the modules that have arguments; empty module names are ignored."""
+    """Yield the public functions of modules, if they take arguments; empty module names are ignored."""
     for module in filter(None, modules):
         for function in vars(import_module(module)).values():
             if isfunction(function) and function.__module__ == module and not function.__name__.startswith("_"):

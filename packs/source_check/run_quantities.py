@@ -23,7 +23,7 @@ BOUNCE = 0.1  # cycles; a break of the contact that is shorter is a bounce
 
 
 def peak_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "N"]:
-    """Return the largest normal contact force at a site (N), also within steps, but without impact impulses."""
+    """Return the largest normal contact force at a site (N), including forces within steps but not impact impulses."""
     return contact_forces.peak_force(run, site, begin, end)
 
 
@@ -41,7 +41,7 @@ def contact_share(
 
 
 def longest_spell(run: Signals, states: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
-    """Return the longest time (cycles) in some contact states with no break longer than a tenth of a cycle."""
+    """Return the longest time (cycles) in the named contact states without a break of more than a tenth of a cycle."""
     if signal(run, "contact_state") is None:
         return None
     spells = _spells(cycles(run), _is_in(run, states) & _window(run, begin, end))
@@ -104,7 +104,7 @@ def sites_touched(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
 
 
 def site_of_largest_force(run: Signals, begin: float = 0.0, end: float = np.inf) -> str | None:
-    """Return the site, a retainer or another, with the largest normal contact force; None without contact."""
+    """Return the site (a retainer or any other) with the largest normal contact force; None without contact."""
     forces = {name_label(site): peak_force(run, site, begin, end) or 0.0 for site in places(run).sites}
     return max(forces, key=lambda site: forces[site]) if any(forces.values()) else None
 
@@ -123,7 +123,7 @@ def outcome(run: Signals) -> str | None:
 
 
 def rolling_from(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
-    """Return the cycle, relative to `since`, from which the rotor rolls on a site for one turn of its whirl."""
+    """Return the cycle, relative to `since`, from which the rotor rolls on a site for at least one turn of whirl."""
     rolling = contact_history.rolling_from(run)
     return None if rolling is None else rolling - since
 
@@ -158,7 +158,7 @@ def orbit_amplitude(run: Signals, bearing: str, when: When) -> Annotated[float |
 
 
 def amplitude_left(run: Signals, bearing: str) -> Annotated[float | None, "1"]:
-    """Return the final synchronous amplitude at a bearing divided by that before the step or ROLAC's start (1)."""
+    """Return the final synchronous amplitude at a bearing divided by the one before the step or ROLAC's start (1)."""
     before, end = orbit_amplitude(run, bearing, "before"), orbit_amplitude(run, bearing, "end")
     return None if not before or end is None else end / before
 
@@ -181,7 +181,7 @@ def bearings_that_calm(run: Signals) -> str:
 def speed_of_largest_radius(
     run: Signals, bearing: str, lowest: float, highest: float
 ) -> Annotated[float | None, "rad/s"]:
-    """Return the spin speed (rad/s), within a range (Hz), at which a bearing's radius before any contact is largest."""
+    """Return the spin speed (rad/s), in a range (Hz), at which the orbit at a bearing is largest before any contact."""
     values, Omega = radius(run, bearing), speed(run)
     if values is None:
         return None
@@ -215,7 +215,7 @@ def _is_in_any(run: Signals) -> Bools:
 
 
 def _spells(when: Array, inside: Bools, bounce: float = BOUNCE) -> list[tuple[float, float]]:
-    """Return begin and end (cycles) of each interval `inside`; breaks of at most `bounce` do not end an interval."""
+    """Return begin and end (cycles) of intervals in which `inside` is true; breaks up to `bounce` do not count."""
     spells: list[tuple[float, float]] = []
     for cycle in when[inside].tolist():
         if spells and cycle - spells[-1][1] <= bounce:

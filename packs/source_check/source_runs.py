@@ -56,7 +56,7 @@ def _on_system(scenario: Scenario, system: str) -> Scenario:
 
 
 def build_fmus(sources: Iterable[Source]) -> None:
-    """Build the FMUs of each rotor before several processes need them; the run of a source reports its errors."""
+    """Build the FMUs of each rotor before several processes need them; errors are reported when a source is run."""
     seen: set[str] = set()
     for source in sources:
         if not source.scenario:

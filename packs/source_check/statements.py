@@ -37,9 +37,9 @@ class Source(Table):
     end_cycle: float | None = Field(default=None, gt=0.0)
     """Cycle at which the run ends, instead of the scenario's end."""
     unbalance_factor: float | None = Field(default=None, gt=0.0)
-    """Factor on all unbalances that replaces the scenario's."""
+    """Factor on all unbalances, which replaces the scenario's factor."""
     rotor: dict[str, dict[str, Any]] = Field(default={})
-    """Tables that replace tables of its rotor file."""
+    """Tables that replace tables of the scenario's rotor file."""
     rotor_file: str = ""
     """Name of a rotor that replaces the scenario's."""
     system: str = ""
@@ -64,9 +64,9 @@ class Reading(Table):
     """Another way to compute a statement."""
 
     source: str
-    """Its source."""
+    """Run or study for this computation."""
     quantity: str = ""
-    """Its quantity, if different."""
+    """Quantity of this source, if it differs from that of the statement."""
     arguments: Values | None = None
     """Arguments of the quantity, if they differ."""
     how: str = ""
@@ -91,13 +91,13 @@ class Statement(Table):
     unit: str = ""
     """Its unit."""
     relation: Relation = "equal"
-    """With `below` and `above` the value is a limit."""
+    """With `below` or `above`, the value is a limit."""
     tolerance: float = Field(default=0.0, ge=0.0)
     """Allowed deviation, relative to the value; the larger of this and `absolute` applies."""
     absolute: float = Field(default=0.0, ge=0.0)
     """Allowed deviation in the unit of the value."""
     floor: float | None = None
-    """Smallest value that an upper limit admits, in the unit of the value; otherwise zero would meet any such limit."""
+    """Smallest value that meets a limit with `below`, in the unit of the value; otherwise, zero meets any limit."""
     because: str = ""
     """Reason for the tolerance."""
     source: str = ""
@@ -107,7 +107,7 @@ class Statement(Table):
     arguments: Values = Field(default={})
     """Arguments of the quantity."""
     reading: tuple[Reading, ...] = ()
-    """Other ways to compute the value, tried in turn if it is missed."""
+    """Other ways to compute the value, tried in turn if the computed value does not match."""
     beside: tuple[Reading, ...] = ()
     """Other ways to compute the value, which are shown but not judged."""
     converged: str = ""
@@ -115,18 +115,18 @@ class Statement(Table):
     given: bool = False
     """Whether the value is an input of the model."""
     definition: bool = False
-    """Whether any model must meet the value: a unit conversion, a kinematic identity, or a formula of the source."""
+    """Whether any model meets the value: a unit conversion, a kinematic identity, or a formula of the source."""
     inferred: str = ""
     """Interpretation of the source's words, such as a number for a word."""
     why: str = ""
-    """Reason if the value is missed."""
+    """Reason why the computed value does not match."""
     cause: Cause = "unexplained"
     """Kind of this reason: `data`, the source gives too little or contradicts itself; `detail`, the value depends on
     details of the machine that the source leaves open; `reading`, only another reading of the source meets it."""
     picture: str = ""
     """Content of a figure without numbers."""
     missing: str = ""
-    """Reason why it is not computed."""
+    """Reason why the value is not computed."""
 
     @model_validator(mode="after")
     def _is_complete(self) -> Statement:

@@ -15,7 +15,7 @@ DRAWN_MODES = 8
 
 
 def campbell_panels(result: CampbellDiagram) -> list[Panel]:
-    """Return a plot of natural frequencies over the spin speed, with the line of synchronous speed."""
+    """Return a plot of natural frequencies against spin speed, with the line of synchronous speed."""
     modes = [curve(f"mode {k}", result.speeds, mode.frequencies) for k, mode in enumerate(result.modes, start=1)]
     synchronous = curve("synchronous", result.speeds, result.speeds, "dashed")
     return [Panel("Damped natural frequencies", "spin speed (rad/s)", "frequency (rad/s)", (*modes, synchronous))]
@@ -38,7 +38,7 @@ def mode_panels(result: ModeShapes) -> list[Panel]:
 
 
 def receptance_panels(result: SensorReceptance) -> list[Panel]:
-    """Return a plot of the norm of each column of the receptance over the spin speed (5.18)."""
+    """Return a plot of the norm of each column of the receptance against spin speed (5.18)."""
     norms = 1e6 * np.linalg.norm(result.receptance, axis=1)
     curves = tuple(curve(name, result.speeds, norms[:, k]) for k, name in enumerate(result.forces))
     return [Panel("Norm of the columns of R", "spin speed (Hz)", "|R_i| (um/N)", curves)]

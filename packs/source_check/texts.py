@@ -48,7 +48,7 @@ def converged_text(item: Judged) -> str:
 
 
 def remark_text(item: Judged, omitted: str = "") -> str:
-    """Return the reading of a verdict, the reason for a miss, or a remark, and the results of other computations.
+    """Return remarks on a statement, such as its reading, the reason for a miss, and the results of other computations.
 
     `omitted` is a reading that is left out because the page states it elsewhere.
     """

@@ -1,4 +1,4 @@
-"""True frequencies of the poles of a sampled loop, which observes its plant only at the sample instants.
+"""True frequencies of the poles of a sampled loop, in which aliasing makes fast motions look slow.
 
     z = exp(s T),   s = ln(z)/T + 2 pi i m/T,   m any whole number                                 (1)
 
@@ -9,8 +9,9 @@ matrix M,
     s_e = (v^H M a)/(v^H M v),   a the lower half of A (q, v)                                      (2)
 
 is an estimate of the eigenvalue of the motion that has most of the kinetic energy. The estimate ignores the forces that
-are held over a sample. s is the value of (1) nearest to s_e. The weighting by velocity matters, because a controller
-that mistakes a fast motion for a slow one shakes the rotor slowly and with a large amplitude, but with little energy.
+are held over a sample. s is the value of (1) nearest to s_e. A weighting by displacement would be misleading. A
+controller that mistakes a fast motion for a slow one also shakes the rotor slowly, with a large amplitude but little
+energy.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ with the lag G_n of the eddy currents (`amb_actuator.eddy_currents`) and the amp
 controller reads z at the instants k T and demands u_k = C x_k + D z_k, x_k+1 = A x_k + B z_k. The demand takes effect d
 samples later and is held for one sample.
 
-Because K_i > 0, the feedback that restores the rotor is negative: it demands i < 0 if z > 0. The sensitivity is S =
-1/(1 + L) (ISO 14839-3), where L is the gain of this negative feedback loop, opened at the demand.
+Because K_i > 0, a restoring feedback is negative: it demands i < 0 if z > 0. The sensitivity is S = 1/(1 + L) (ISO
+14839-3), where L is the gain of this negative feedback loop, opened at the demand.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ class StateSpace(Protocol):
 
 
 def without_idle_states(law: Law) -> Law:
-    """Return a law without the states that no input affects or that affect no output, by the zeros of its matrices.
+    """Return a law without states that no input affects or that affect no output, as the zeros of its matrices show.
 
     If only some inputs and outputs of a law were selected, this removes the states of unrelated loops without
     approximation.
@@ -105,8 +105,8 @@ def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
 def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
     """Return the parts connected by (1).
 
-    The outputs of the connected parts come first. The sums w at the inputs follow, except at inputs with the same name
-    as an output.
+    The outputs of the connected parts come first. The sums w at the inputs follow, except the sums at inputs that have
+    the same name as an output.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def zoh(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], ND
 
 
 def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[LinearComponent, dict[str, str]]:
-    """Return a sampled part with added copies of some outputs, delayed by one step, and the name of each copy."""
+    """Add copies of some outputs, delayed by one step, to a sampled part; return the part and the copies' names."""
     later = {name: f"{name} (before)" for name in names}
     rows = [part.outputs.index(name) for name in later]
     law, n, p = part.law, len(part.law.A), len(rows)

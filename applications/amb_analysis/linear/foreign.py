@@ -113,7 +113,7 @@ def foreign_component(
 
 
 def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, str]:
-    """Return a law and a note; the law comes from the derivatives if they predict the pulses, else from the pulses."""
+    """Return a law and a note; the law is from the derivatives if they predict the pulse responses, else from these."""
     rejected = ""
     if derived is not None:
         error = _relative(responses(derived, len(markov)) - markov, markov)
@@ -138,7 +138,7 @@ def by_derivatives(
     ends: tuple[Sequence[str], Sequence[str]],
     sample_time: float,
 ) -> Law | None:
-    """Return the law of an FMU from its directional derivatives; None if they are refused or not finite.
+    """Return the law of an FMU from its directional derivatives; None if the FMU refuses them or they are not finite.
 
     For an FMU with x' = A x + B u and y = C x + D u, the states and outputs at the end of each step are
 
@@ -188,7 +188,7 @@ class _PulseRuns:
     sample_time: float
 
     def restart(self) -> None:
-        """Reset the instance to its start."""
+        """Reset the instance to its start values."""
         self.component.reset(*self.arguments)
         self.component.inputs[:] = self.rest
         self.component.enter(0.0)
@@ -198,7 +198,8 @@ class _PulseRuns:
     def response(self, pulse: Array, at: int = 1) -> Array:
         """Return the outputs after each step except the first, shape (STEPS, n_outputs), for a pulse in step `at`.
 
-        The pulse is not in the first step, because an FMU may start at rest under its initial inputs.
+        There is no pulse in the first step: an FMU may start in equilibrium with its initial inputs, which would
+        include the pulse.
         """
         component, result = self.component, []
         self.restart()

@@ -47,8 +47,8 @@ class LinearSource:
     point
         Values at the operating point, by signal or `component.variable`; the signal `Omega` is in rad/s.
     changed
-        Function of this source, the name of a component and its linear part; it returns the law that replaces the law
-        of this part.
+        Function that takes this source, the name of a component and its linear part, and returns the law that replaces
+        the law of this part.
     rotor
         Constants of a plant with the same planes as the plant of the run; by default the constants of the run are used.
     """
@@ -184,7 +184,7 @@ class LinearSource:
         return [float(speed) for speed in matrices_of(self.constants(name)).speeds if math.isfinite(speed)]
 
     def mass(self, name: str) -> Array:
-        """Return the mass matrix of a component; it is empty unless the component is this project's rotor model."""
+        """Return the mass matrix of a component, which is empty for all models except this project's rotor."""
         if self.kind(name) != PLANT:
             return np.zeros((0, 0))
         structure = structure_of(self.constants(name))
@@ -193,7 +193,8 @@ class LinearSource:
     def cached(self, name: str, make: Callable[[], Any]) -> Any:
         """Return a value from the cache; if it is missing there, `make` computes it.
 
-        The value must not depend on anything that its name does not state, such as the speed.
+        The value may depend only on what its name states; for example, the name of a value that depends on the speed
+        must contain the speed.
         """
         if name not in self._cache:
             self._cache[name] = make()
@@ -262,7 +263,7 @@ def _sample_time(values: Assignments) -> float:
 
 
 def _point(assembly: Assembly, operating: Mapping[str, Raw]) -> dict[str, float]:
-    """Return the operating values in SI units, by shared signal or by input; an input need not have a feed."""
+    """Return the operating values in SI units, by shared signal or by input; inputs that nothing feeds are allowed."""
     result, system = {}, assembly.system
     for name, raw in operating.items():
         end = system.first_end(name)

@@ -35,9 +35,9 @@ def linearise(
 ) -> LinearModel:
     """Return the linear model of a machine, a part of it, or its sampled loop, as control.StateSpace.
 
-    The rotor without contact and the magnetic bearings are continuous. If the components include a controller, the
-    model has the sample time of the controller, and is exact for currents held over each sample. A value injected at an
-    input is added to the signal that feeds the input, and is late by the same fraction of a sample
+    The rotor, which is modelled without contact, and the magnetic bearings are continuous. If the components include a
+    controller, the model has the sample time of the controller, and is exact for currents held over each sample. A
+    value injected at an input is added to the signal that feeds the input, and is late by the same fraction of a sample
     (`components.loop_of`).
 
         rotor = linearise("drop", components=["rotor_contact"])
@@ -130,7 +130,7 @@ def in_order(
 def _matching(
     what: str, patterns: Sequence[str], names: Sequence[str], reason: Callable[[str, Sequence[str]], str]
 ) -> list[str]:
-    """Return the names that match patterns, in pattern order and once each; `reason` completes the error message."""
+    """Return the names that match patterns, each once, in the patterns' order; `reason` completes the error message."""
     result: dict[str, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
         matching = [pattern] if pattern in names else matching_names(names, pattern)
@@ -141,7 +141,7 @@ def _matching(
 
 
 def _reason(source: LinearSource, parts: Sequence[LinearComponent], pattern: str, names: Sequence[str]) -> str:
-    """Return why the linear model lacks the variables that match a pattern, or similar names if none matches.
+    """Return the reason why the linear model lacks the variables that match a pattern; without a match, similar names.
 
     Such a variable is a parameter, is an output that cannot be an input, is neglected, or belongs to a component
     outside the model.

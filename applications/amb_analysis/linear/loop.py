@@ -99,7 +99,7 @@ class Loop:
 
     @cached_property
     def components(self) -> list[str]:
-        """The components of the loop, without components that only excite the rotor, which need no linear model."""
+        """The components of the loop, without those that only excite the rotor; these need no linear model."""
         exciting = exciting_components(self.linear_components.plan.system)
         return [name for name in self.linear_components.names if name not in exciting]
 
@@ -132,7 +132,7 @@ class Loop:
 
     @cached_property
     def readings(self) -> tuple[str, ...]:
-        """Inputs of the controller that read displacements of the rotor (m), whatever unit an FMU declares for them."""
+        """Inputs of the controller that read displacements of the rotor (m), even if an FMU declares another unit."""
         controllers = {source.partition(".")[0] for source in self.sources}
         links = self.linear_components.plan.system.connections
         units = self.linear_components.units()
@@ -245,7 +245,9 @@ class Loop:
             law = without_idle_states(part.selected(of_axis, [demand]).law)
             controls.append(AxialControl(law, self.sample_time, part.late + (1.0 if part.at_end else 0.0)))
         if any(control.differs_from(controls[0]) for control in controls):
-            raise ValueError(f"{demand} depends on the speed; the law of the axis along the shaft must not")
+            raise ValueError(
+                f"{demand} depends on the speed; the law of the axis along the shaft must not depend on it"
+            )
         return controls[0]
 
     @cached_property

@@ -43,7 +43,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
         return f"LinearModel({self.nstates} states, {self.ninputs} inputs, {self.noutputs} outputs, {time})"
 
     def text(self) -> list[TextBlock]:
-        """Return the size, the signals with their units, the operating point, the notes and the warnings."""
+        """Return a description: size, signals with their units, operating point, notes and warnings."""
         signals = text_table("", ("signal", "unit", "kind"), left=("signal", "unit", "kind"))
         for kind, names, units in (
             ("input", self.input_names, self.input_units),

@@ -23,8 +23,8 @@ pole by
 
 with its left and right eigenvectors y and x (J. H. Wilkinson, The Algebraic Eigenvalue Problem, Oxford 1965, chapter
 2). For the two halves of a split double pole, kappa is about the inverse of their distance, so (1) covers them as well.
-A pole is on the circle if an error of `ROUNDING` times the precision may move it there. Such poles are counted, and the
-largest of the other poles determines stability.
+A pole counts as on the circle if an error of `ROUNDING` times the precision could move it there. Such poles are
+counted, and the largest of the other poles determines stability.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class LoopStability:
     radius
         Its modulus |z|, the spectral radius of the loop.
     growth_rate
-        sigma = ln|z|/T; negative if it decays.
+        sigma = ln|z|/T; negative if the motion decays.
     frequency
         Frequency |omega| of its vibration; 0 for a drift.
     speed
@@ -103,7 +103,7 @@ class LoopStability:
         if not self.on_circle:
             return ""
         count = "1 pole is" if self.on_circle == 1 else f"{self.on_circle} poles are"
-        return f"{count} on the unit circle within rounding: free motion, or integrators outside the loop"
+        return f"{count} on the unit circle within rounding, from free motion or integrators outside the loop"
 
 
 def stability_of(A: Array, sample_time: float) -> LoopStability:

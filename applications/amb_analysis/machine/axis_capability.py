@@ -27,7 +27,7 @@ from array_types import Array
 
 @dataclass(frozen=True)
 class LinearRange:
-    """Limits of the linear law: of the displacement x (m) at I_c = 0, and of the control current I_c (A) at x = 0."""
+    """Limits of the linear law in displacement x (m) at I_c = 0, and in control current I_c (A) at x = 0."""
 
     x: Annotated[tuple[float, float], "m"]
     i_c: Annotated[tuple[float, float], "A"]
@@ -45,7 +45,7 @@ def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
     """Return the error of the linear law F = K_s x + K_i I_c (2.7), relative to |K_s x| + |K_i I_c|.
 
     The law is compared with (2.6) with saturation. Because the error is relative to the sum of magnitudes, it stays
-    finite where the terms cancel. At the operating point it is 0. The parameters and exceptions are those of
+    finite where the terms cancel. At the operating point, the error is 0. The parameters and exceptions are those of
     `linearisation`.
     """
     k_s, k_i = linear_constants(p)
@@ -75,7 +75,7 @@ def linear_range(p: np.record, tolerance: float = 0.05) -> LinearRange:
 
 
 def _first_crossing(excess: Callable[[float], float], end: float) -> float:
-    """Return the first root of `excess` between 0 and `end`, or `end` if it stays negative."""
+    """Return the first root of `excess` between 0 and `end`, or `end` if `excess` stays negative."""
     for inside, outside in pairwise(np.linspace(0.0, end, 401)):
         if excess(outside) > 0.0:
             return float(brentq(excess, inside, outside, xtol=1e-12 * abs(end)))

@@ -122,7 +122,7 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
 
 
 def node_rows(rotor: Rotor, places: Sequence[Place]) -> list[int]:
-    """Return the row of each place among the displacements, which are x and y of each of `harmonic_points`, then z."""
+    """Return the row of each place in the displacements: x and y of each of the `harmonic_points`, then z."""
     points = harmonic_points(rotor)
 
     def row(place: Place) -> int:

@@ -80,8 +80,8 @@ def component_responses(
     machine, linear_source
         The machine, and the source of its linear components at the spin speed.
     outputs
-        Names `component.variable`. For a sampled component, the response is that of the output's fundamental before the
-        hold.
+        Names `component.variable`. For a sampled component, the response describes the fundamental of the output before
+        the hold.
     omegas
         Frequencies (rad/s), shape (n,).
     injected
@@ -202,7 +202,7 @@ def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict
 
 
 def springs(machine: Machine, stiffness: Mapping[str, float], floor: float) -> dict[int, float]:
-    """Return the stiffness (N/m) of the bearings by node, counting at least `floor` for each bearing."""
+    """Return the stiffness (N/m) of the bearings at each node; each bearing contributes at least `floor`."""
     result: dict[int, float] = {}
     for bearing, k in stiffness.items():
         node = machine.bearings[bearing]
@@ -211,7 +211,7 @@ def springs(machine: Machine, stiffness: Mapping[str, float], floor: float) -> d
 
 
 def directional_stiffness(machine: Machine, omegas: Array) -> dict[str, dict[str, Complex]]:
-    """Return the synchronous `parallel_stiffness` by direction: " along x" and " along y", or "" if both are equal."""
+    """Return the synchronous `parallel_stiffness` by direction: " along x" and " along y"; only "" if both agree."""
     x, y = (parallel_stiffness(machine, omegas, axis=axis) for axis in AXES)
     size = max(float(np.abs(x[bearing]).max()) for bearing in machine.magnets)
     if all(np.allclose(x[bearing], y[bearing], rtol=0.0, atol=ALIKE * size) for bearing in x):

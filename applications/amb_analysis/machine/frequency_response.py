@@ -5,8 +5,8 @@ The magnetic bearing forces depend on the displacements x of all nodes and on th
     x = H (p + F x + F_i i),    c = T x + T_i i,    y = (j omega)^k S x                            (1)
 
 H is the response of the rotor with its passive bearings and seals (`rotor_analysis.harmonic`), and p are external
-forces. The demanded currents c are those that appear after their delay. y are displacements (k = 0), velocities (k = 1)
-or accelerations (k = 2). A positive force and the motion that it starts have the same direction, so the receptance of a
+forces. The demanded currents c are taken after their delay. y are displacements (k = 0), velocities (k = 1) or
+accelerations (k = 2). A positive force and the motion that it starts have the same direction, so the receptance of a
 free mass m is -1/(m omega^2).
 """
 
@@ -115,7 +115,7 @@ def _response(
     model: HarmonicModel,
     magnets: _Magnets | None,
 ) -> Complex:
-    """Return the responses (1) at frequencies (rad/s); this needs memory for all displacements at each frequency."""
+    """Return the responses (1) at frequencies (rad/s); all displacements at all frequencies are held in memory."""
     rotor = structure.rotor
     points = len(model.right)
     loads = np.zeros((len(omegas), points, len(inputs)), dtype=np.complex128)
@@ -177,8 +177,8 @@ class _Magnets:
     """Magnets of a machine: the rows of their forces among x and y of all nodes, and the axes of the demanded currents.
 
     At frequencies (rad/s), `at` returns the rows of the displacements that are read, and [F F_i; T T_i] of (1), shape
-    (n, rows + axes, displacements + injected). Its demands are those at their samples; they appear `late` (s) after
-    their samples.
+    (n, rows + axes, displacements + injected). The demands in this matrix are the values at the samples; they appear
+    `late` (s) after the samples.
     """
 
     rows: list[int]

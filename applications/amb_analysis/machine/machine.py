@@ -95,7 +95,7 @@ class Machine:
 
     @cached_property
     def run_loop(self) -> Loop:
-        """The sampled loop of the machine's runs; it differs from `loop` only because its rotor has fewer modes."""
+        """The sampled loop of the machine's runs; it differs from `loop` only in that its rotor has fewer modes."""
         return Loop(self.run_components)
 
     @cached_property
@@ -105,7 +105,7 @@ class Machine:
 
     @property
     def _sampling(self) -> Sampling:
-        """The way in which the control acts; without control, forces may act at all places and are held over a step."""
+        """Sampling and places of the control; without control, forces may act at all places, held over a step."""
         try:
             loop = self.run_loop
         except ValueError:
@@ -226,13 +226,13 @@ class Machine:
 
     @cached_property
     def last_inputs(self) -> Mapping[str, float]:
-        """Values of the inputs at the end of the run, by `component.variable`, as the last events set them."""
+        """Values of the inputs at the end of the run, after the last events, by `component.variable`."""
         plan = self.prepared
         in_time = sorted((event for event in plan.events if event[0] < plan.last), key=lambda event: event[0])
         return {**plan.inputs, **{name: value for _, name, value in in_time}}
 
     def faults_among(self, inputs: Mapping[str, float]) -> tuple[str, ...]:
-        """Return the inputs that are not 0 and whose description calls them a fault."""
+        """Return the inputs that are not 0 and are described as faults."""
         ports = {
             f"{component}.{name}": port
             for component, interface in self.prepared.interfaces.items()

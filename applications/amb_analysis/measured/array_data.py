@@ -77,7 +77,7 @@ def _responses(content: dict[str, Any], units: StatedUnits) -> Measurement:
 
 
 def _channels(content: dict[str, Any], kind: str, stated: StatedUnits) -> list[tuple[float, Channel]]:
-    """Return the factor to SI units for each channel, and the channel."""
+    """Return, for each channel, the factor to its SI unit, and the channel in this unit."""
     names, units = (_texts(content, key) for key in (f"{kind}s", f"{kind}_units"))
     if len(units) != len(names):
         raise ValueError(f"{kind}_units has {len(units)} units; it must have {len(names)}, one for each {kind}")
@@ -119,7 +119,7 @@ def _factor(content: dict[str, Any], target: str, name: str, keys: Sequence[str]
 
 
 def _refuse_unused_units(content: dict[str, Any], used: Sequence[str]) -> None:
-    """Raise ValueError if a text that states a unit is not used, because numbers could be read in the wrong unit."""
+    """Raise ValueError if a stated unit would be ignored, so that no number is read in the wrong unit."""
     for key, value in content.items():
         is_unit = key.endswith(("unit", "units")) and value.dtype.kind == "U"
         if is_unit and key not in used:
@@ -141,7 +141,7 @@ def _numbers(content: dict[str, Any], key: str) -> np.ndarray:
 
 
 def _shaped(content: dict[str, Any], key: str, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array of numbers in its expected shape, because Matlab drops trailing dimensions of length 1."""
+    """Return an array of numbers in its expected shape, with trailing dimensions of length 1, which Matlab drops."""
     value = np.asarray(content[key])
     squeezed = tuple(k for k in shape if k != 1)
     if value.dtype.kind not in "fiuc" or tuple(k for k in value.shape if k != 1) != squeezed:

@@ -5,8 +5,8 @@ For the computed response H_c and the measured response H_m at n frequencies,
     z = 1/n sum H_c/H_m |H_m/H_c|                                                                  (1)
 
 has the angle 0 if H_m and H_c agree, and 180 degrees if the force or the sensor points in the opposite direction. FRAC,
-MAC and the levels do not show a reversed direction, and no parameter of a rotor can compensate for it. An angle of 90
-degrees indicates that a velocity is read as a displacement or an acceleration.
+MAC and the levels do not reveal a reversed direction, for which no parameter of a rotor can compensate. An angle of 90
+degrees indicates that a measured velocity was taken for a displacement or an acceleration.
 
 Data in the convention exp(-j omega t) have conjugate values, and their poles grow (`modal_fit.is_conjugate`). For such
 data, the following sums over frequency, with unit phasors u = H/|H|,
@@ -54,7 +54,7 @@ def phase_offset(measured: Complex, computed: Complex) -> float | None:
 
 
 def are_conjugate(measured: Sequence[Complex], computed: Sequence[Complex]) -> bool:
-    """Return whether responses agree with computed ones except for the sign of their imaginary parts, by (2).
+    """Return whether, by (2), responses agree with computed ones except for the sign of their imaginary parts.
 
     Parameters
     ----------

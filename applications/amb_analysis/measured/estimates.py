@@ -46,8 +46,8 @@ def estimate(
     estimator
         `H1`, or `H2` if there is only one input.
     segment
-        Length of a segment (s), which is an eighth of the record by default. The frequency resolution is the inverse of
-        this length. Segments overlap by half of their length, unless the window is `boxcar`.
+        Length of a segment (s); by default an eighth of the record. The frequency resolution is the inverse of this
+        length. Segments overlap by half of their length, unless the window is `boxcar`.
     window
         Name of a SciPy window.
 

@@ -170,7 +170,7 @@ def leverages(residuals: Residuals, free: Sequence[FreeParameter], best: Array) 
 
 
 def _scaled(residuals: Residuals, free: Sequence[FreeParameter]) -> tuple[Residuals, Residuals, Array, Array]:
-    """Return functions of parameters scaled to 0 to 1 (residuals and Jacobian), the lowest values, and the ranges."""
+    """Return residuals and Jacobian as functions of parameters scaled to 0 to 1, the lowest values, and the ranges."""
     low, span = (np.array(v) for v in ([p.lowest for p in free], [p.highest - p.lowest for p in free]))
 
     def scaled(u: Array) -> Array:

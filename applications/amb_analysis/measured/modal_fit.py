@@ -14,7 +14,8 @@ fitted half-power width is
     2 zeta f < 4.5/T                                                                                  (2)
 
 has a damping ratio that is too large by 10 % or more with the window `hann`, and by 88 % if its true width is one line.
-Its damping is therefore considered unknown, as is the damping of a peak narrower than the spacing of measured lines.
+The damping of such a peak is therefore considered unknown, as is the damping of a peak narrower than the spacing of
+measured lines.
 """
 
 from __future__ import annotations
@@ -115,11 +116,11 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
 def _heavily_damped(
     responses: Sequence[FrequencyResponse], frequencies: Array, H: Complex, light: Sequence[FittedMode]
 ) -> tuple[FittedMode, ...]:
-    """Return the mode without a peak of 6 dB, if one mode with a large damping ratio fits all responses.
+    """Return a heavily damped mode, which has no peak of 6 dB, if one such mode fits all responses.
 
     Both of its poles, lambda and its conjugate, affect all lines, so (1) with two poles is exact. Each lightly damped
     mode adds a term with its pole to the fit, and the lines of its peak are left out. If polynomials of degree 3 and
-    the lightly damped modes fit the curves, there is no other mode.
+    the lightly damped modes fit the curves, there is no heavily damped mode.
     """
     known = [float(item.coherence.mean()) for item in responses if item.coherence is not None]
     off = np.ones(len(frequencies), np.bool_)
@@ -169,8 +170,8 @@ def peak_frequencies(responses: Sequence[FrequencyResponse]) -> Array:
 def is_conjugate(responses: Sequence[FrequencyResponse]) -> bool:
     """Return whether the poles at the peaks of the responses grow, which indicates the convention exp(-j omega t).
 
-    In this convention, growing poles fit more peaks than decaying poles do. Only peaks that are high and fitted well
-    count, because the poles of noise may grow or decay.
+    In this convention, growing poles fit more peaks than decaying poles do. Only high peaks that are fitted well are
+    counted, because poles fitted to noise may either grow or decay.
     """
     turned = [replace(item, values=item.values.conj()) for item in responses]
     return _clear_poles(turned) > _clear_poles(responses)
@@ -204,7 +205,7 @@ def _coherences(responses: Sequence[FrequencyResponse], peaks: Indices) -> Array
 
 
 def _near(power: Array, frequencies: Array, peaks: Indices, k: int, reach: float) -> slice:
-    """Return the lines within `reach` half-power widths of a peak, as far as half-way to its neighbouring peaks."""
+    """Return the lines within `reach` half-power widths of a peak, but at most half-way to the neighbouring peaks."""
     peak = int(peaks[k])
     first = 0 if k == 0 else (peaks[k - 1] + peak + 1) // 2
     last = len(frequencies) if k == len(peaks) - 1 else (peaks[k + 1] + peak + 1) // 2
@@ -224,8 +225,9 @@ def _fits(frequencies: Array, H: Complex, narrowest: float) -> list[FittedMode]:
 
     With p poles, (1) has the denominator prod(s - lambda_j) and polynomials N_c of degree p + 1. With the residuals e
     and their degrees of freedom d, two poles are better if (e_1^2/d_1)/(e_2^2/d_2) > 6. Both poles must decay, lie
-    within the lines and contribute to the peak. Their half-power widths must be at least `narrowest` (Hz), the width
-    that the lines resolve, because the window of an estimate has a shape that two poles fit better than one.
+    within the frequency range of the lines, and contribute to the peak. Their half-power widths must be at least
+    `narrowest` (Hz), the width that the lines resolve, because the window of an estimate has a shape that two poles fit
+    better than one.
     """
     one, two = (_fit(frequencies, H, p) for p in (1, 2))
     count, n = H.shape
@@ -243,7 +245,7 @@ def _fits(frequencies: Array, H: Complex, narrowest: float) -> list[FittedMode]:
 
 
 def _fit(frequencies: Array, H: Complex, order: int, light: Complex = NONE) -> list[FittedMode]:
-    """Return the modes by (1) with `order` poles; poles that do not decay, or lie outside the lines, are left out.
+    """Return the modes by (1) with `order` poles, except poles that do not decay or are outside the lines' range.
 
     Each of the known poles `light` (Hz) adds a term with this pole to N_c.
     """

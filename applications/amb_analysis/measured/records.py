@@ -129,7 +129,9 @@ class Modes:
             or not is_positive
             or np.isinf(self.damping_ratios).any()
         ):
-            raise ValueError("modes are not allowed; each needs a frequency > 0 Hz, and a damping ratio or NaN")
+            raise ValueError(
+                "modes are not allowed; each needs a frequency > 0 Hz and a damping ratio (NaN if unknown)"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +151,7 @@ class TimeRecord:
     repeats: int = 1
 
     def channel(self, name: str) -> Channel:
-        """Return the channel of a name; if a force and a motion share it at a driving point, return the force.
+        """Return the channel of a name; if a force and a motion at a driving point share this name, return the force.
 
         Raises
         ------
@@ -172,7 +174,7 @@ class TimeRecord:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Content of a file: frequency responses, and modes if it lists them."""
+    """Content of a file: frequency responses, and modes if the file lists them."""
 
     responses: tuple[FrequencyResponse, ...] = ()
     modes: Modes | None = None

@@ -9,8 +9,9 @@ residuals are biased near a noise floor. The fit therefore ends with differences
 The coefficient a is a noise floor, b describes scatter in proportion to the response, and c describes the scatter of an
 estimate with the coherence gamma^2. Each response has its own coefficients a, b, c >= 0. They maximise the likelihood
 under the assumption that e_k = |H_k - H_mk|^2/v_k is exponentially distributed. Each coefficient is multiplied
-repeatedly by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), where x is its factor in (2), until it converges. H of (2) is the
-model of the previous step, because a measured |H| would favour small values.
+repeatedly by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), where x is its factor in (2), until the coefficient converges. In
+(2), H is the model of the previous step. With the measured |H|, values that are small by chance would receive too much
+weight.
 
 Residuals r of neighbouring lines should be independent. If they have correlations rho_l at a distance of l lines, the
 covariance of the parameters grows by the factor
@@ -23,8 +24,9 @@ quantity for L neighbouring lines,
 
     |sum z_k|^2/(2 L)                                                                                (4)
 
-is exponentially distributed. It is computed for all runs of L = 1, 2, 4, ... neighbouring lines. If the model explains
-the measurements, the largest value, divided by (3), exceeds ln(runs/0.01) in fewer than one measurement in a hundred.
+is exponentially distributed. This quantity is computed for all groups of L = 1, 2, 4, ... neighbouring lines. If the
+model explains the measurements, the largest value, divided by (3), exceeds ln(groups/0.01) in fewer than one
+measurement in a hundred.
 
 G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 2.8; J. S. Bendat, A. G. Piersol, Random Data, 4th
 ed., Wiley, 2010, sec. 9.2.
@@ -105,7 +107,7 @@ def fit_responses(
     first, last = (_relative(model(np.asarray(p, np.float64)), curves) for p in (start, best))
     lacking = _systematic(z, curves, inflation)
     if not lacking and neighbour > DEPENDENT and inflation > 1.0:
-        lacking = f"because residuals at neighbouring frequencies have a correlation of {neighbour:.2f}"
+        lacking = f"as the correlation of {neighbour:.2f} between residuals at neighbouring frequencies shows"
     warnings: tuple[str, ...] = ()
     if lacking and last > EXACT:
         warnings = (
@@ -131,8 +133,8 @@ def _scatters(
 ) -> tuple[list[Array], float]:
     """Return the terms of (2) for each response, shape (n, terms), and -2 times the logarithm of the likelihood.
 
-    A line with the leverage h, summed over its real and imaginary parts, leaves a residual that is too small. Its
-    square is therefore divided by 1 - h/2.
+    A line with the leverage h, summed over its real and imaginary parts, leaves a residual that is too small. The
+    square of this residual is therefore divided by 1 - h/2.
     """
     result, total = [], 0.0
     for H, curve, h in zip(values, curves, shares, strict=True):
@@ -144,7 +146,7 @@ def _scatters(
 
 
 def _equivalent(terms: Sequence[Array], shares: Sequence[Array]) -> float:
-    """Return the number of residuals that set the scatter of the lines on which the parameters depend.
+    """Return the effective number of residuals that determine the scatter of the lines on which the parameters depend.
 
     A term of (2) is determined by the lines at which it is large. Their number is about 2 (sum s)^2/sum s^2, where s is
     the term's fraction of v. The relative errors of the terms add up, weighted by the contributions of the terms to the

@@ -13,7 +13,7 @@ from amb_cosim.cosim.run.dataset import load
 
 
 def read_run(path: Path) -> TimeRecord:
-    """Return the record of `result.nc` or its folder, with all channels `component.variable` of a unit in `units.SI`.
+    """Return the record of `result.nc` or its folder: each channel `component.variable` whose unit is in `units.SI`.
 
     Raises
     ------

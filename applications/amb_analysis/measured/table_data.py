@@ -162,8 +162,8 @@ def _linear(unit: str, amplitude: Array, name: str) -> tuple[str, Array]:
 def _radians(unit: str, phase: Array, name: str) -> Array:
     """Return a phase in rad.
 
-    A phase in rad must either be within one turn, or be unwrapped so that neighbouring values differ by at most half a
-    turn. Degrees that are labelled as radians violate both rules and are refused.
+    A phase that the file states in rad must either be within one turn, or be unwrapped so that neighbouring values
+    differ by at most half a turn. Degrees that are labelled as radians violate both rules and are refused.
     """
     factor = factor_to("rad", unit, name)
     radians = phase * factor
@@ -172,8 +172,8 @@ def _radians(unit: str, phase: Array, name: str) -> Array:
         raise ValueError(f"{name} of {largest:g} rad is not allowed; it must be within {MOST_PHASE:g} rad")
     if factor == 1.0 and largest > 2.0 * np.pi and (jump := float(np.max(np.abs(np.diff(phase))))) > HALF_TURN:
         raise ValueError(
-            f"{name} jumps by {jump:.3g} {unit} between neighbours, and is neither wrapped nor unwrapped; state its "
-            f"unit, for example --channel-unit '{name}=deg'"
+            f"{name} jumps by {jump:.3g} {unit} between neighbouring lines, so it is neither wrapped nor unwrapped; "
+            f"state its unit, for example --channel-unit '{name}=deg'"
         )
     return np.asarray(radians)
 

@@ -4,13 +4,13 @@ A channel is named by its node and direction, for example `3.x`. Data in directi
 opposite sign.
 
 Units are taken from the axis labels. If there is no label, the numbers are divided by the factors of the preceding set
-164 or, if none precedes them, of the first set 164 in the file,
+164 or, if no set 164 precedes them, of the first set 164 in the file,
 
     SI = value/(length^a force^b)                                                                  (1)
 
 where the exponents a and b depend on the type of data, for example 1 and 0 for a displacement. If there is no set 164,
 the numbers are taken to be in SI units. A label that contradicts the type of data or set 164 is refused, because either
-may be wrong by a factor of 1000 or more.
+of the two may be wrong by a factor of 1000 or more.
 
 The damping ratio zeta of a mode in a set 55 is viscous, or is half of a hysteretic loss factor, zeta = eta/2, which
 gives a resonance of the same height. Definitions of the sets: Structural Dynamics Research Laboratory, University of
@@ -173,7 +173,7 @@ def _responses(functions: Sequence[Set], units: StatedUnits) -> tuple[FrequencyR
 
 
 def _by_ends(functions: Any) -> dict[tuple[Any, ...], list[Set]]:
-    """Return the functions in lists, by output and input, because a measurement may have been repeated."""
+    """Return a list of functions for each output and input; it has several items if the measurement was repeated."""
     result: dict[tuple[Any, ...], list[Set]] = defaultdict(list)
     for item in functions:
         names = (str(item[f"{end}_ent_name"]).strip() for end in ("rsp", "ref"))
@@ -209,7 +209,7 @@ def _coherence(item: Set | None, frequencies: Array) -> Array | None:
 
 
 def _labels(item: Set, name: str) -> dict[str, str]:
-    """Return the axis labels of output and input; the label of the output may be their quotient, such as `g/N`."""
+    """Return the axis labels of output and input; the output's label may be the quotient of both units, as in `g/N`."""
     above, below = (_label(item, axis) for axis in ("ordinate", "orddenom"))
     if above and not _is_unit(above, name):
         quotient, of_input = split_quotient(above, name)

@@ -14,7 +14,7 @@ def unpadded(content: bytes) -> bytes:
     """Return a file without trailing blanks, which pyuff mistakes for numbers, and with one kind of line ending.
 
     Binary numbers are left as they are. The head of a set states its number of lines of text and its number of bytes.
-    The binary numbers begin after this text. They end at the first line that ends a set after this number of bytes.
+    The binary numbers begin after this text. They end at the first end-of-set line after this number of bytes.
     """
     parts, at = [], 0
     for head in BINARY_HEAD.finditer(content):

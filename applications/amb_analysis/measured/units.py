@@ -39,7 +39,7 @@ class StatedUnits:
         Raises
         ------
         ValueError
-            If there is such a unit.
+            If the file does not contain the name of a stated unit.
         """
         for name, unit in self.units.items():
             if name not in self.names:
@@ -91,7 +91,8 @@ def even_step(times: Array) -> float:
     """Return the step of evenly spaced times, in their unit.
 
     The step is the slope h of the straight line t_0 + k h that fits the times by least squares. Times are evenly spaced
-    if they deviate from this line only by rounding, either to decimals or digits, as in a file, or to single precision.
+    if they deviate from this line only by rounding, either to decimal places or significant digits, as in a file, or to
+    single precision.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Forward whirl in contact at a natural frequency near the spin speed, which lasts long if damping is small.
+"""Forward whirl in contact at a natural frequency near the spin speed; such a whirl lasts long if damping is small.
 
 Without unbalance, and with journals on the same side (p_j = 1) or on opposite sides (p_j = -1), the contact forces are
 
@@ -53,8 +53,8 @@ class ContactWhirl:
 def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
     """Return the long-lasting whirls (1) near a spin speed (rad/s), with one or two sites in contact.
 
-    A whirl lasts where its margin is positive. The margin is the minimum, over the sites j in contact and the other
-    sites k, of
+    A whirl lasts at frequencies at which its margin is positive. The margin is the minimum, over the sites j in contact
+    and the other sites k, of
 
         (N_j/10 - |L_j + mu_j N_j|)/|N_j + i L_j|,    1 - |q_k|/c_k                               (2)
 
@@ -113,7 +113,7 @@ class _Search:
         return np.stack(result, axis=1)
 
     def about_changes_of_sign(self, grid: Array) -> Array:
-        """Return frequencies, denser where a force changes sign, because whirls over a narrow range begin there."""
+        """Return frequencies, denser where a force changes sign, so that whirls over a narrow range are found there."""
         about = [grid]
         for number in range(len(self.sets)):
             forces = self.forces(number, grid)
@@ -126,7 +126,7 @@ class _Search:
     def end(self, number: int, outward: Array) -> tuple[float, list[float | None]]:
         """Return the frequency at which a whirl ends, and the forces there (N).
 
-        The end is between the first two frequencies, or at the only one.
+        The end is between the first two frequencies or, if there is only one frequency, at this frequency.
 
         If the margin jumps and the forces grow towards the end, a mode of the pinned rotor has no damping, so the
         forces are unbounded.

@@ -7,7 +7,7 @@ seat pushes the rotor towards larger z, and -1 otherwise. At the slip speed omeg
     moment  -k_t u - d_t u' - n N h u,    force  -i n mu sgn(omega) (k_t u + d_t u')/R - mu N v/(2 |omega| R)     (1)
 
 act on the shaft (`rotor_contact.contact.faces`). The growth is the largest real part of the poles. If the face turns a
-race, and friction overcomes the drag M of the balls of the race, slip and drive end after
+race, and friction overcomes the drag M of the balls of the race, the slip, which drives the whirl, ends after
 
     t = J_r |omega|/(mu N R - M)                                                                                  (2)
 """
@@ -33,14 +33,14 @@ ROUNDING = 1e-6  # of the fastest pole, below which a real part is that of a mot
 
 @dataclass(frozen=True)
 class FaceWhirl:
-    """Whirl of a rotor on a face: its growth (1/s), and the time (s) until the race follows (infinite if never)."""
+    """Whirl of a rotor on a face: growth (1/s), and time (s) until the race turns with the rotor, or infinity."""
 
     growth: float
     follows_after: float
 
     @property
     def is_driven(self) -> bool:
-        """Whether the whirl grows twentyfold before the race follows."""
+        """Whether the whirl grows twentyfold before the race turns with the rotor."""
         return self.growth > 0.0 and self.growth * self.follows_after >= ENOUGH
 
 

@@ -197,9 +197,9 @@ def parts_in_contact(source: LinearSource, names: Sequence[str]) -> tuple[list[L
 
 
 def mixing(source: LinearSource, Omega: float, sites: Sequence[str]) -> float:
-    """Return the anisotropy of a loop: the largest backward receptance at the sites over the largest forward one (1).
+    """Return the largest backward receptance of a loop at the sites, divided by the largest forward receptance (1).
 
-    The anisotropy is 0 in an isotropic loop, where synchronous orbits are circles.
+    This measure of anisotropy is 0 in an isotropic loop, where synchronous orbits are circles.
     """
     at = source.at(Omega)
     whole = loop_of(*parts_in_contact(at, at.names))

@@ -11,11 +11,11 @@ currents that satisfy the condition, those with the smallest maximum are the sol
 
     minimise t,  |I_b| <= t,  |r_k + S_k I| <= s b_k                                                  (2)
 
-(2) excludes more than necessary, because a state with one site in contact also does not exist if the rotor would
+Condition (2) is stricter than necessary: a state with one site in contact also does not exist if the rotor would
 penetrate another site. Moreover, the orbits need not shrink by the same factor. The currents that leave no state in
-contact do not form a convex set. The solution of (2) belongs to this set. Starting from it, a search tries directions
-I/t in which such currents may be smaller, first all directions and then directions ever closer to the best one. The
-result leaves no state in contact, and is the smallest that the search finds.
+contact do not form a convex set. The solution of (2) belongs to this set. Starting from this solution, a search tries
+directions I/t in which such currents may be smaller, first all directions and then directions ever closer to the best
+one. The result leaves no state in contact, and is the smallest that the search finds.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def _smallest(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex
 def _any_free(
     rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex, are_free: Callable[[Complex], Bools]
 ) -> Complex | None:
-    """Return a free J near the J with the smallest orbits, or None.
+    """Return a J that frees the rotor, near the J with the smallest orbits; None if no such J is found.
 
     This J is needed if (2) has no solution, as may happen with more sites than magnets.
     """
@@ -118,7 +118,7 @@ def _any_free(
 
 
 def _sufficient(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex) -> Complex | None:
-    """Return the J of (2) that frees the rotor with the largest s; None if the orbits cannot be that small."""
+    """Return the J of (2) with the largest s at which it frees the rotor; None if the orbits cannot be that small."""
     at, mu = rotor.receptances(Omega), rotor.mu(Omega)
     r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
     limits = trap_limits(at.R, mu, rotor.c) * (1.0 - MARGIN)
@@ -203,7 +203,7 @@ def _freeing(rotor: RubbingRotor, Omega: float, added: Complex) -> Freeing:
 
 
 def trap_limits(R: Complex, mu: Array, c: Array) -> Array:
-    """Return the orbit (m) at each site below which no state exists with only this site in contact (1)."""
+    """Return, for each site, the orbit (m) below which no state has only this site in contact (1)."""
     rho = np.diagonal(R) * (1.0 + 1j * mu)
     return np.where(rho.real < 0.0, c * np.abs(rho.imag) / np.abs(rho), c)
 

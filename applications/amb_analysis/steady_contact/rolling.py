@@ -1,16 +1,16 @@
-"""Rolling: backward whirl of journals without slip, and the friction that it requires.
+"""Rolling: backward whirl of journals without slip, and the friction that rolling requires.
 
     omega = -Omega R_s/c,    N_j (1 + i t_j) = -conj(p_j) sum_k E_jk c_k p_k,    |t_j| <= mu_j        (1)
 
 where E = R(omega)^-1 for the rolling sites, p_j = exp(i psi_j), and there is no unbalance. Only sites with equal R_s/c
 roll together. The angle between two of them is then free. Therefore N_j (1 + i t_j) lies on a circle, and the distance
-of the journal at another site s from its centre is bounded:
+of the journal from the centre of another site s is bounded:
 
     |N_j (1 + i t_j) - a_j| = b_j,    a_j = -c_j E_jj,    b_j = c_k |E_jk|                           (2)
     max |t_j| = max |tan(arg a_j +- arcsin(b_j/|a_j|))|,    max |q_s| = sum_k |(R_s E)_k| c_k        (3)
 
-The equations do not determine whether a rotor reaches this state. It may do so after a disturbance, because friction
-accelerates a backward whirl that is faster than the unstable whirls of `whirl`.
+The equations do not determine whether a rotor reaches this state. A disturbance may lead to it: friction accelerates a
+backward whirl that is faster than the unstable whirls of `whirl`.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Rolling:
         beyond = "" if self.accurate else "; the reduced rotor is not accurate at this frequency"
         at = speed_unit().text(self.frequency)
         return (
-            f"{'+'.join(self.contact)} may roll at {at} ({forces}), which requires a friction "
+            f"the rotor may roll on {'+'.join(self.contact)} at {at} ({forces}), which requires a friction "
             f"coefficient of {self.friction:.2g}{beyond}"
         )
 

@@ -132,7 +132,7 @@ def rubbing_rotor(prepared: ScenarioPlan) -> RubbingRotor:
     records = tuple(_record(p, site) for site in sites)
     c = np.array([site.clearance for site in records])
     covered = tuple(
-        f"{s} is left out; {narrowest[nodes[s]]} in the same plane has no larger clearance"
+        f"{s} is left out; {narrowest[nodes[s]]} in the same plane has the same or a smaller clearance"
         for s in enabled
         if s not in sites
     )
@@ -149,7 +149,7 @@ def _record(p: Mapping[str, float], name: str) -> Site:
 
 
 def _slip(site: Site, Omega: float, whirl: float | None) -> float:
-    """Return the slip velocity v (m/s) of a journal that whirls on its circle."""
+    """Return the slip velocity v (m/s) of a journal that whirls on its clearance circle."""
     return float(Omega * site.journal_radius + (Omega if whirl is None else whirl) * site.clearance)
 
 

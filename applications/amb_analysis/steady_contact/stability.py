@@ -40,8 +40,8 @@ class SmallMotion:
     growth
         Largest growth rate (1/s); negative if the state is stable.
     frequency
-        Whirl frequency (rad/s) of the least damped vibration in the fixed frame; negative for backward whirl. It equals
-        the spin speed if the motion diverges without whirling.
+        Whirl frequency (rad/s) of the least damped vibration in the fixed frame; negative for backward whirl. The
+        frequency equals the spin speed if the motion diverges without whirling in the rotating frame.
     damping
         Damping ratio -Re s/|s + i Omega| (1) of this vibration.
     rates, frequencies
@@ -65,7 +65,7 @@ class SmallMotion:
 
 
 def slowest_decay(Omega: Omegas) -> Omegas:
-    """Return the (negative) growth rate (1/s) below which vibrations at a speed (rad/s) decay within `TURNS` turns."""
+    """Return the negative growth rate (1/s) below which vibrations at a speed (rad/s) fall to 1/e in `TURNS` turns."""
     return -Omega / (2.0 * math.pi * TURNS)
 
 
@@ -109,7 +109,7 @@ class Dynamics:
         return self._sorted(values, basis @ vectors[: basis.shape[1]])
 
     def growth(self, contact: tuple[int, ...], N: Array, psi: Array) -> float:
-        """Return the largest growth rate (1/s) about a state; arguments as for `about`, which takes twice as long."""
+        """Return the largest growth rate (1/s) about a state; arguments as for `about`, which is half as fast."""
         return self._growth(self._transition(contact, N, psi))
 
     def grows_below(self, limit: float, contact: tuple[int, ...], N: Array, psi: Array) -> bool:

@@ -2,13 +2,13 @@
 
 The contact forces F of a state turn with the rotor, as unbalance does, so omega = Omega. The forces of a whirl turn
 with the whirl. If these forces replace the sites, the loop with the sampled controller settles to the state, and
-`cosim.master.settling` solves for this motion. If the states of the rotor are x = Re[X exp(i omega t)], F adds to them
-in a step of length h
+`cosim.master.settling` solves for this motion. If the states of the rotor are x = Re[X exp(i omega t)], F adds the
+following change to them in a step of length h:
 
     f = Re[(exp(i omega h) - exp(A h)) X exp(i omega t)],      X = (i omega - A)^-1 B F               (1)
 
-The run continues from there with real contact at the sites. Currents held over a sample make N ripple about its value
-in the state.
+The run continues from this motion with real contact at the sites. Currents held over a sample make N ripple about its
+value in the state.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
 def _with_contact(
     rotor: RubbingRotor, state: SolvedState | Whirl, omega: float, loop: SettledLoop, part: StateMap, response: Response
 ) -> Response:
-    """Return the plant's response with forcing (1) added, for the contact forces of a state, which turn with omega."""
+    """Return the plant's response with forcing (1) added, for contact forces of a state that turn with omega."""
     linear_rotor, h = _linear_rotor(rotor), loop.master.step_size
     force = [-(N + 1j * state.friction[site]) * np.exp(1j * state.psi[site]) for site, N in state.N.items()]
     F_xy = np.array([F * axis for F in force for axis in (1.0, -1j)])  # x and y of each
@@ -113,7 +113,7 @@ def _with_contact(
 
 
 def _linear_rotor(rotor: RubbingRotor) -> linear.LinearComponent:
-    """Return the linear rotor, with the magnets' gradient if it acts within a step; the rotor's states come first."""
+    """Return the linear rotor, with the magnets' stiffness if it acts within a step; the rotor's states come first."""
     source = rotor.machine.run_components.at(rotor.Omega)
     within_a_step = any(target.endswith(".k_xx") for target in source.feeds([PLANT, ACTUATOR]))
     parts, feeds = parts_in_contact(source, [PLANT, ACTUATOR] if within_a_step else [PLANT])

@@ -1,4 +1,4 @@
-"""Swing: the smallest friction that carries falling journals over the top of the retainers, into backward whirl.
+"""Swing: the smallest friction that turns a fall of journals in their retainers into backward whirl.
 
 Journals fall by h c from their levitated position to the lowest point, where h = 1 if they levitate at the centre of
 the retainers. In the worst case, all of their speed becomes motion along the circle, against the spin. Friction then
@@ -10,9 +10,9 @@ drives them up the other side, against weight and damping. With the angle theta 
 where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H are the
 receptances of `unpowered`, and c is the mean clearance. k = -N(0)/c is the stiffness of seals, which the fall deflects
 by h c. M is evaluated at sqrt(g/c). The journals whirl if u and N + W cos theta are positive up to the top, theta = pi.
-Two journals are assumed to swing side by side, because they also fall side by side. If they were on opposite sides,
-gyroscopic moments would make N large, but a fall would give them neither this speed nor this effect of weight. Races
-are assumed to be at rest, although a turning race would reduce friction.
+Two journals are assumed to swing side by side, as they fall. If they were on opposite sides, gyroscopic moments would
+make N large, but a fall would give them neither this speed nor this effect of weight. Races are assumed to be at rest,
+although a turning race would reduce friction.
 
 For a rigid rotor in rigid retainers, N = m c u and L = 0, and (1) has a closed-form solution. At the top, N + W cos
 theta is W (2 (h (1 + 4 mu^2) - 1 + 2 mu^2) exp(2 pi mu) - 3)/(1 + 4 mu^2). The rotor therefore whirls after a fall from
@@ -102,9 +102,9 @@ def least_swinging_friction(forces: WhirlForces, W: float, g: float, h: float = 
     forces
         Forces of the falling journals.
     W, g
-        Weight that they carry (N), and acceleration of gravity (m/s^2).
+        Weight that the journals carry (N), and acceleration of gravity (m/s^2).
     h
-        Height from which they fall to the lowest point, relative to the clearance.
+        Height of their fall to the lowest point, relative to the clearance.
     """
     low, high = 0.0, MOST
     for _ in range(ROUNDS):
@@ -117,7 +117,7 @@ def least_swinging_friction(forces: WhirlForces, W: float, g: float, h: float = 
 
 
 def passes_the_top(forces: WhirlForces, mu: Array, W: float, g: float, h: float = 1.0) -> Bools:
-    """Return whether journals pass the top by (1), for each friction coefficient, shape (n,)."""
+    """Return whether journals pass the top of their circle by (1), for each friction coefficient, shape (n,)."""
     c, step, start = forces.c, np.pi / STEPS, np.sqrt(g / forces.c)
     M = (float(np.interp(start, forces.omega, forces.N)) + forces.k * c) / (c * start**2)
     if M <= 0.0 or M * g <= 0.5 * forces.k * h * c:  # a fall does not reach the lowest point

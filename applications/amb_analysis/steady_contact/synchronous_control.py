@@ -9,7 +9,7 @@ converges to
 This control therefore changes only the rotor's receptances, so the states are computed in the same way as without it.
 About a state in contact, the readings respond by dy = J dI, where J is the real Jacobian under the constraints. The
 state is stable if all eigenvalues of H J have negative real parts. H comes from the linear model, with unit weights.
-Limits of the force are not modelled, so compare the currents with these limits.
+Force limits are not modelled, so compare the computed currents with the limits of the bearings.
 """
 
 from __future__ import annotations

@@ -11,11 +11,11 @@ and s = E r,
     N_j = conj(p_j) (s_j - sum_k E_jk c_k p_k)   must be real                                         (2)
 
 For a single site, N solves |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. For m sites, P replaces conj(p), so that (2)
-and p P = 1 are 2 m equations that are linear in p and linear in P. They have C(2 m, m) complex solutions, which is
-Bezout's number for two groups of unknowns. J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982)
-724-737, count the load flows of m + 1 electrical machines in this way, because load flows obey the same equations. Two
-sites are solved with the resultant, which is of degree six. Three or more sites are solved by homotopy continuation
-(`homotopy`). Solutions with |p| = 1 are the states.
+and p P = 1 are 2 m equations that are linear in p and linear in P. The equations have C(2 m, m) complex solutions,
+which is Bezout's number for two groups of unknowns. J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29
+(1982) 724-737, count the load flows of m + 1 electrical machines in this way, because load flows obey the same
+equations. Two sites are solved with the resultant, which is of degree six. Three or more sites are solved by homotopy
+continuation (`homotopy`). Solutions with |p| = 1 are the states.
 """
 
 from __future__ import annotations
@@ -204,8 +204,8 @@ def _minus(p: list[Any], q: list[Any]) -> list[Any]:
 def _roots(coefficients: Complex) -> Complex:
     """Return the roots of polynomials with ascending coefficients, shape (n, degree + 1).
 
-    Decoupled sites have roots at 0 and at infinity. A Moebius map of the unit circle onto itself therefore keeps the
-    leading coefficient away from zero.
+    The polynomials of decoupled sites have roots at 0 and at infinity. A Moebius map of the unit circle onto itself
+    therefore keeps the leading coefficient away from zero.
     """
     n, degree = coefficients.shape[0], coefficients.shape[1] - 1
     alpha = 0.37 + 0.21j  # x = (w + alpha)/(1 + conj(alpha) w)

@@ -86,8 +86,8 @@ class StatesOfSet:
 class TrapMap:
     """States at all pairs of speeds (rad/s), shape (n,), and factors on an unbalance (1), shape (k,).
 
-    Determining the regime of a point requires the stability of only a few of its states, because one stable state in
-    contact suffices.
+    To determine the regime of a point, the stability of only a few of its states is needed: one stable state in contact
+    is sufficient.
 
     states
         States of each set of sites in contact, contact-free states first.
@@ -156,7 +156,7 @@ def least_trapping_at(
 def least_trapping_curve(rotor: RubbingRotor, coarse: TrapMap, most: int | None = 2) -> Array:
     """Return the smallest factor that traps at each speed of a map, refined between factors of the map.
 
-    The result is NaN where no factor traps.
+    The result is NaN at speeds at which no factor traps.
     """
     curve = coarse.least_trapping()
     for k in np.flatnonzero(np.isfinite(curve)):

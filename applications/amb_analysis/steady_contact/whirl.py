@@ -67,7 +67,7 @@ class Whirl:
 
     @property
     def grows_backward(self) -> bool:
-        """Whether friction accelerates backward whirl that is faster than this one."""
+        """Whether friction accelerates a backward whirl that is faster than this whirl."""
         return self.frequency < 0.0 and self.slips and not self.stable
 
 

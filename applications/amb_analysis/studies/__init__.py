@@ -59,7 +59,7 @@ _GENERAL = {
     "layout": Study(".rotor_layout", "Show parts, mass and modes of a rotor, the plant's model of it, and a picture."),
     "campbell": Study(".campbell_diagram", "Draw the Campbell diagram of a rotor."),
     "modes": Study(".natural_modes", "List natural frequencies and draw mode shapes."),
-    "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response over speed."),
+    "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response as a function of speed."),
     "coupling": Study(
         ".coupling_order",
         "Compare orders and steps of the master. The results are the orbit, outcome and cost of a scenario.",
@@ -87,7 +87,7 @@ _GENERAL = {
     "receptance": Study(".sensor_receptance", "Compute synchronous responses to bearing forces."),
     "response": Study(
         ".frequency_responses",
-        "Compute frequency responses. With --measured, they are plotted over a measurement.",
+        "Compute frequency responses. With --measured, they are overlaid on a measurement.",
     ),
     "fit": Study(
         ".rotor_fit",

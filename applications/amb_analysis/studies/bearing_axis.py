@@ -247,8 +247,8 @@ def _axis_of(
 ) -> tuple[LoopAxis, dict[str, float], float, tuple[str, ...]]:
     """Return an axis, its parameters (from a scenario if there is one), the rotor's reach there (m), and warnings.
 
-    The reach is the smallest clearance of the bearing's retainers or, along the shaft, of the faces. It is never more
-    than the air gap, within which the force law holds.
+    The reach is the smallest clearance of the bearing's retainers or, along the shaft, of the faces. The reach never
+    exceeds the air gap, because the force law holds only within the gap.
     """
     if scenario is None and settings:
         raise ValueError(f"{next(iter(settings))} is set without a scenario; name the scenario that it belongs to")

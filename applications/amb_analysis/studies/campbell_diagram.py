@@ -45,7 +45,7 @@ class ModeOverSpeed:
 
 @dataclass(frozen=True)
 class CriticalSpeedRow:
-    """A spin speed (rad/s) that equals the damped frequency of a mode; `mode` is the number of the mode, from 1.
+    """A spin speed (rad/s) that equals the damped frequency of a mode; `mode` is its number, counted from 1.
 
     `extrapolated` is true if a table of coefficients does not cover this speed.
     """
@@ -79,7 +79,7 @@ class CampbellDiagram(WarnedResult, DrawnResult):
     limits
         Validity limits of the coefficients of bearings and seals.
     is_free
-        Whether the rotor has no bearings, which the title of the figure states.
+        Whether the rotor has no bearings; if so, the title of the figure says so.
     """
 
     name: ClassVar[str] = "campbell"

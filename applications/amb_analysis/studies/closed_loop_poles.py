@@ -85,12 +85,12 @@ class ClosedLoopPoles(MachineResult):
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     poles
-        The slowest vibrations at the first speed, tracked over the other speeds. They are followed by vibrations that
-        begin at a higher speed, without a resonance. Such a vibration is included if it has a resonance at the last
-        speed and is slower there than the fastest of those tracked from the first speed.
+        The slowest vibrations at the first speed, tracked over the other speeds. They are followed by some vibrations
+        that begin at a higher speed and have no resonance at first. Such a vibration is included if it has a resonance
+        at the last speed and is slower there than the fastest of those tracked from the first speed.
     least_damped
         The vibration with the smallest damping ratio at any speed of the range, including speeds between those of the
-        diagram. It need not be one of `poles`; it is None if there are no vibrations.
+        diagram. This vibration need not be one of `poles`. None if there are no vibrations.
     spectral_radii
         Largest modulus of the poles z (1), including drifts without vibration, at each speed, shape (n,). The loop is
         not stable where this modulus exceeds 1 (`amb_analysis.linear.stability`).
@@ -99,8 +99,8 @@ class ClosedLoopPoles(MachineResult):
     least_stable
         The pole with the largest modulus at the worst speed of the range, which may lie between speeds of the diagram.
     unstable
-        Speeds (rad/s) of the diagram at which the loop is not stable. If it is unstable only between these speeds, this
-        is the worst speed.
+        Speeds (rad/s) of the diagram at which the loop is not stable. If the loop is unstable only between these
+        speeds, the worst speed is given.
     operating_speed
         Speed of the scenario (rad/s).
     limits
@@ -262,8 +262,8 @@ def _about_crossings(
 ) -> tuple[Array, list[Vibrations], list[list[int | None]]]:
     """Return speeds (rad/s), the vibrations there and their tracks, after adding speeds close to each critical speed.
 
-    Each added speed is the one at which the secant through the samples on both sides of a crossing meets the frequency
-    of rotation.
+    Each added speed is the speed at which the secant through the samples on both sides of a crossing meets the line of
+    the frequency of rotation.
     """
     for _ in range(ROUNDS):
         tracks = _tracks(result, count)
@@ -278,9 +278,9 @@ def _about_crossings(
 
 
 def _tracks(result: list[Vibrations], count: int) -> list[list[int | None]]:
-    """Return the tracks of the `count` slowest vibrations at the first speed, and of some vibrations that begin later.
+    """Return the tracks of the `count` slowest vibrations at the first speed, and of some that begin at a higher speed.
 
-    A later vibration is included if it begins without a resonance, has a resonance at the last speed, and is slower
+    Such a vibration is included if it begins without a resonance, has a resonance at the last speed, and is slower
     there than the fastest of the `count` vibrations.
     """
     tracks, ratios = followed(result, count), result[-1].ratios()

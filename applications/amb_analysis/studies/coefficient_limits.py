@@ -60,7 +60,7 @@ def is_extrapolated(limits: Limits, Omega: float) -> bool:
 
 
 def covered_speeds(limits: Limits) -> tuple[float, float]:
-    """Return the first and last speed (rad/s) that all tables cover; if tables do not overlap, the last is lower."""
+    """Return the first and last speed (rad/s) that all tables cover; last < first if tables do not overlap."""
     lowest = max((group.lowest for group in limits if group.lowest is not None), default=-math.inf)
     highest = min((group.highest for group in limits if group.highest is not None), default=math.inf)
     return lowest, highest

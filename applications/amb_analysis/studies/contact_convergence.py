@@ -1,4 +1,4 @@
-"""Study of how contact forces converge with modes, mesh, substep and communication step, over perturbed starts.
+"""Study of how contact forces converge with modes, mesh, substep and communication step, with perturbed starts.
 
 A contact force has converged if neither twice as many modes nor a shorter communication step changes it. If changing
 the clearances by a millionth changes the runs substantially, the case is chaotic. A single run then proves nothing, so
@@ -45,7 +45,7 @@ CHAOTIC = 0.05  # relative scatter of a peak force over starts
 
 @dataclass(frozen=True)
 class ConvergenceRow:
-    """A run in the result: what varies, its label and its position on an axis, its start, and its `CaseResult`.
+    """A run in the result: the varied quantity, label, position on an axis, number of the start, and `CaseResult`.
 
     change
         Largest relative change (%) of a site's peak force, compared with the run of the scenario; None if there is no
@@ -108,7 +108,8 @@ class ContactConvergence(MachineResult):
         window = f"{1e3 * WINDOW:g} ms: largest force averaged over this time, impacts included"
         return [
             table,
-            f"peak: largest force; {window}; impact: largest impulse of impacts in a step; impulse: sum of all impacts",
+            f"peak: largest force; {window}; impact: largest impulse in one step; "
+            "impulse: sum of the impulses of all impacts",
             *self._over_starts(sites),
             *self._verdict(),
             *self.warning_lines(),
@@ -232,7 +233,7 @@ def convergence(
 
 
 def _furthest(cases: Sequence[ConvergenceCase], varied: str) -> list[ConvergenceCase]:
-    """Return a list of the case with the most modes, or the shortest communication step; empty if none varies this."""
+    """Return a list with the case of most modes, or of the shortest communication step; empty if there is none."""
     return sorted((case for case in cases if case.varied == varied), key=lambda case: case.value)[-1:]
 
 
@@ -253,7 +254,7 @@ def _forces(results: Sequence[CaseResult], force: str) -> dict[str, Array]:
 
 
 def _scatter(results: Sequence[CaseResult]) -> float:
-    """Return the scatter of the peak force (%), (largest - smallest) / median, at the site where it is largest."""
+    """Return the scatter of the peak force (%), (largest - smallest) / median, at the site with the largest scatter."""
     return max(
         (100.0 * float(np.ptp(f) / np.median(f)) for f in _forces(results, "peak_force").values() if f.any()),
         default=0.0,
@@ -261,7 +262,7 @@ def _scatter(results: Sequence[CaseResult]) -> float:
 
 
 def _change(results: Sequence[CaseResult], base: Sequence[CaseResult], force: str = "peak_force") -> float:
-    """Return the relative change of the median of a force (%), at the site where it is largest."""
+    """Return the relative change of the median of a force (%), at the site with the largest change."""
     before, after = ({s: float(np.median(f)) for s, f in _forces(runs, force).items()} for runs in (base, results))
     return max(
         (100.0 * abs(after.get(site, 0.0) / value - 1.0) for site, value in before.items() if value > 0.0), default=0.0

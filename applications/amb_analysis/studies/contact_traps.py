@@ -201,7 +201,7 @@ class Traps(MachineResult):
         ]
 
     def _reach(self) -> str:
-        """Describe the smallest unbalances that touch and trap at any speed, or the map's largest if none traps."""
+        """Describe the smallest unbalances that touch and trap at any speed; if none traps, the largest of the map."""
         unit = speed_unit()
         highest, largest, (touching, at) = self.speeds[-1], self.unbalances[-1], self.touching
         least = f"contact needs at least {_grams(touching)} (at {unit.text(at)})"
@@ -245,7 +245,7 @@ def traps(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> Traps:
-    """Return the speeds and unbalances at which a rotor under control can stay in contact, and what frees it.
+    """Return the speeds and unbalances at which a rotor under control can stay in contact, and the forces that free it.
 
     The result contains all synchronous states (`synchronous_states`), their stability, the map, and the smallest force
     that frees the rotor.
@@ -306,8 +306,8 @@ def traps(
     notes = list(machine.notes)
     if len(machine.sites) > AT_ONCE:
         notes.append(
-            f"the map and the curves show only states with at most {AT_ONCE} sites in contact; the machine's states "
-            f"include all sites"
+            f"the map and the curves show only states with at most {AT_ONCE} sites in contact; the list of states "
+            f"includes states with more"
         )
     return Traps(
         scenario=values.name,
@@ -342,7 +342,7 @@ def traps(
 
 
 def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
-    """Return the largest factor of a map, which is above the smallest factors that touch and trap, and at least 2.
+    """Return the largest factor of a map: above the smallest factors that touch and trap, and at least 2.
 
     Parameters
     ----------

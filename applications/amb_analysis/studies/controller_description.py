@@ -96,7 +96,7 @@ class ControllerDescription(DrawnResult):
 
 
 def describe_controller(file: Path, speed: str, modes: Sequence[float]) -> ControllerDescription:
-    """Describe a controller at the speed of its table nearest to `speed`, with the modes (rad/s) below Nyquist.
+    """Describe a controller at the table speed nearest to `speed`, with the modes (rad/s) below its Nyquist frequency.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def connections(
 
 
 def gains_at_rest(law: Law, sample_time: float) -> Array:
-    """Return the static gains of a sampled law, shape (n_demands, n_signals), which are infinite where it integrates.
+    """Return the static gains of a sampled law, shape (n_demands, n_signals); infinite where the law integrates.
 
     The static gain is the limit as the frequency approaches zero, so it is infinite for a gain proportional to 1/omega,
     and zero for a gain proportional to omega.

@@ -124,7 +124,7 @@ def _with(rotor: Rotor, base: ConvergenceCase, **changes: Any) -> ConvergenceCas
 
 
 def _meshed(source: RotorSource, tables: Tables, coordinates: int) -> Rotor | None:
-    """Return a rotor on another mesh; None if the mesh has too few nodes for the coordinates, or over `MOST_NODES`."""
+    """Return a rotor on another mesh; None if it has too few nodes for the coordinates, or more than `MOST_NODES`."""
     try:
         rotor = load_rotor(source, tables)
     except ValueError:  # the mesh cannot be that fine
@@ -133,7 +133,7 @@ def _meshed(source: RotorSource, tables: Tables, coordinates: int) -> Rotor | No
 
 
 def prepare_case(case: ConvergenceCase) -> ScenarioPlan:
-    """Return a case that is ready to run."""
+    """Return the prepared run of a case."""
     scenario = case.scenario
     prepared = prepare_run(scenario, case.settings, options=case.options)
     if case.step != 1.0:

@@ -133,7 +133,7 @@ def coupling(
     first, shortest = result[0]
     if not first.orbit or not all(first.orbit.values()):
         raise ValueError(
-            f"scenario {values.name}: the rotor does not move before the step of the scenario; {first.outcome}"
+            f"scenario {values.name}: the rotor does not move in the cycle whose orbit is compared; {first.outcome}"
         )
     rows = (replace(row, deviation=_deviation(row, first), cost=wall / shortest) for row, wall in result)
     return CouplingOrders(values.name, tuple(rows), warnings=prepared.warnings)
@@ -142,7 +142,7 @@ def coupling(
 def simulated(
     run: CouplingRun, scenario: Scenario, settings: Mapping[str, Raw], options: RunOptions
 ) -> tuple[OrderRow, float]:
-    """Return the row of a run, whose deviation and cost are still 0, and the shortest of its run times (s)."""
+    """Return the row of a run, in which deviation and cost are still 0, and the shortest run time (s) of this run."""
     step = scenario.step_size("gauss_seidel") / run.parts
     changed = scenario.model_copy(update={"coupling": run.coupling, "communication_step": step})
     ahead = delay(run.coupling, step) if run.predicts else 0.0

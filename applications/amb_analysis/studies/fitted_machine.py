@@ -104,7 +104,7 @@ class FittedMachine:
         return cls(loop, Omega, tuple(free), of_rotor, of_loop, source, stated, settings, flavour)
 
     def with_places(self, places: Sequence[Place]) -> FittedMachine:
-        """Return the machine with nodes at these places; the nodes do not move when the parameters change."""
+        """Return the rotor and its support with nodes at these places; these nodes do not move if parameters change."""
         positions = [place.position for place in places if place.position is not None]
         rotor_parameters = RotorParameters.load(self.source, self.rotor_parameters.names, positions)
         return replace(self, places=tuple(places), rotor_parameters=rotor_parameters)
@@ -143,7 +143,7 @@ class FittedMachine:
             if self.loop == "closed":
                 machine_of(self._prepared(values, self._pinned(values))).loop.check_stable([self.Omega])
         except ValueError as error:
-            return (*result, f"a measured loop is stable, but with the fitted values {error}")
+            return (*result, f"the measured loop must have been stable, but with the fitted values {error}")
         return result
 
     def files_with(self, values: Array | Sequence[float]) -> dict[str, str]:

@@ -345,7 +345,7 @@ def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) ->
 
 
 def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
-    """Return whether the largest value is limited only by rounding, as it is at an undamped resonance."""
+    """Return whether only rounding limits the largest value, as at an undamped resonance."""
     if not 0 < top < len(sizes) - 1:
         return False
     near = slice(top - 1, top + 2)
@@ -357,7 +357,7 @@ def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
 def _closer(
     structure: Structure, curves: Sequence[FrequencyResponse], ends: Sequence[tuple[Place, Place]]
 ) -> list[FrequencyResponse]:
-    """Return responses without values, whose frequencies are denser near resonances and maxima."""
+    """Return responses without values, with frequencies that are denser near resonances and maxima."""
     first = curves[0].frequencies
     input_places, output_places = (list(dict.fromkeys(pair[side] for pair in ends)) for side in (0, 1))
     coarse = np.unique([*first[::COARSE], first[-1]])

@@ -1,8 +1,8 @@
 """Measurement of the sensitivities of all axes in a co-simulation with injected multi-sines.
 
 A current is added to each demand of the controller through the actuator's `command_voltage`, with the same delay as the
-demand. The spectral lines of the axes interleave, so that one run measures all axes: at a line of one axis, the others
-have no injected current. If another component, such as a force generator, excites the rotor, its contribution to the
+demand. The spectral lines of the axes interleave, so that one run measures all axes: at a line of one axis, no current
+is injected in the others. If another component, such as a force generator, excites the rotor, its contribution to the
 currents is measured in a run without injection and subtracted.
 """
 
@@ -65,9 +65,9 @@ def plan_measurement(
 ) -> ScenarioPlan:
     """Return a prepared run of a scenario's machine, levitated without unbalance.
 
-    The rotor has all modes up to half the sample rate, whatever reduction its file states, because fewer modes would
-    change the sensitivity. The controller's signal chain retains its delay and filter; noise and converters are off,
-    because they are not linear.
+    The rotor has all modes up to half the sample rate, even if its file states a stronger reduction, because fewer
+    modes would change the sensitivity. The controller's signal chain retains its delay and filter; noise and converters
+    are off, because they are not linear.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def settling_samples(decay: float, sample_time: float, remainder: float = REMAIN
     samples = math.ceil(math.log(remainder) / math.log(decay))
     if samples * sample_time > LONGEST:
         raise ValueError(
-            f"transients decay by the factor {decay:.6f} per sample and would take "
+            f"transients shrink by the factor {decay:.6f} per sample and would take "
             f"{samples * sample_time:.0f} s to die out; the limit is {LONGEST:g} s"
         )
     return samples
@@ -197,9 +197,9 @@ def waiting_samples(loop: StateSpace, sample_time: float) -> int:
     """Return the number of samples after which no transient of a loop disturbs a measurement.
 
     A drift z that is slower than the lowest line begins with an amplitude of at most a (1) if the sines have an
-    amplitude of 1. Until the drift has died out, it distorts a line of the spectrum of N samples by the share (2). Some
-    lags of eddy currents take minutes to decay, but they hardly affect the spectrum, so they need not die out. All
-    other transients must die out.
+    amplitude of 1. Until the drift has died out, it distorts a line of the spectrum of N samples by at most the share
+    (2). Some lags of eddy currents take minutes to decay, but they hardly affect the spectrum, so they need not die
+    out. All other transients must die out.
 
         a = |C x| |y^H B|/|y^H x| sum 1/|exp(j omega) - z|                                  (1)
         share = 2 a (1 - z^N)/(N |exp(j omega_1) - z|)                                      (2)
@@ -255,7 +255,7 @@ def measure(plan: ScenarioPlan, waiting: int) -> MeasuredSensitivity:
     if not gains.all() or not biases.all():
         what = "bias_current = 0 A" if gains.all() else "amplifier_gain = 0 A/V"
         raise ValueError(
-            f"{what} is not allowed; it must not be 0, because a share of the bias is injected as a voltage"
+            f"{what} is not allowed; it must not be 0: the injected voltage is a share of bias_current / amplifier_gain"
         )
     injected = INJECTED * biases[:, None] * sines
     last = waiting + samples + 1

@@ -1,8 +1,8 @@
-"""Parameters of the components of a machine, such as the constants of its magnets, which can be given other values.
+"""Changeable parameters of the components of a machine, such as the constants of its magnets.
 
-Only the named values change. Values that a plan derives from them, such as the constants that a controller assumes for
-its magnets, stay as they are. This corresponds to the measured machine, whose controller gains did not depend on the
-actual magnets.
+Only the named values change. Values that a plan derives from the named values, such as the constants that a controller
+assumes for its magnets, stay as they are. This corresponds to the measured machine, whose controller gains did not
+depend on the actual magnets.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class LoopParameters:
         return result
 
     def machine_with(self, numbers: Array | Sequence[float], rotor: Rotor) -> Machine:
-        """Return the machine with other values of the parameters, and with this rotor."""
+        """Return the machine with other values of the parameters, and with the given rotor."""
         plan, values = self.machine.prepared, self.values(numbers)
         parameters = {name: {**of, **values.get(name, {})} for name, of in plan.parameters.items()}
         return self.machine.with_plan(replace(plan, parameters=parameters), rotor)
@@ -87,7 +87,7 @@ def is_of_component(scenario: Scenario, name: str) -> bool:
 
 
 def differences(parameters: Values, others: Values) -> dict[str, dict[str, float]]:
-    """Return those of `parameters` whose values differ from `others` by more than rounding."""
+    """Return the items of `parameters` whose values differ from those in `others` by more than rounding."""
     return {
         component: found
         for component, values in parameters.items()

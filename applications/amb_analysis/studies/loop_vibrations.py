@@ -127,7 +127,7 @@ def least_damped(speeds: Array, vibrations: list[Vibrations]) -> LeastDamped | N
 
 
 def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]:
-    """Return the index of each of the first `count` vibrations at every speed; None from where the vibration ends.
+    """Return the index of each of the first `count` vibrations at every speed; None once the vibration has ended.
 
     Each vibration is paired with the pole that is nearest to a linear extrapolation of its last two poles. The distance
     is |s - s_expected| / |s|, plus `TURN` times half the difference between the senses of whirl. The extrapolation
@@ -151,7 +151,7 @@ def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]
 
 
 def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) -> list[list[int | None]]:
-    """Return tracks of vibrations that begin above the first speed and last to the end; None before they begin.
+    """Return tracks of vibrations that begin above the first speed and continue to the last; None before they begin.
 
     For example, a well-damped rigid rotor obeys I_d a'' + (c - i Omega I_p) a' + k a = 0. Without spin, it creeps back
     without vibration. At speed, it whirls backward at nearly k / (Omega I_p), with the damping ratio c / |c - i Omega

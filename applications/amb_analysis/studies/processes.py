@@ -33,10 +33,10 @@ def simulate_in_processes(
 
     At most `processes` processes run at once; the default is one per processor.
 
-    Processes are used because FMUs of flavour `python` hold the interpreter's lock. If a case raises an error, the
-    other cases end and the error is raised here. The processes end when the calling process ends. An interruption is
-    delayed while a function of the pool runs, because a future's lock could otherwise stay held, and the pool would
-    wait for it forever.
+    Processes are used instead of threads, because FMUs of flavour `python` hold the interpreter's lock. If a case
+    raises an error, the other cases end and the error is raised here. The processes end when the calling process ends.
+    An interruption is delayed while a function of the pool runs. Otherwise, a future's lock could stay held, and the
+    pool would wait for this lock forever.
 
     Raises
     ------
@@ -103,5 +103,5 @@ def check_script() -> None:
 
 
 def main_guard_advice(function: str) -> str:
-    """Return advice for a script that calls `function` without a main guard, so that importing processes ended."""
+    """Return advice to call `function` below a main guard, because each process imports the script."""
     return f'a script must call {function} below if __name__ == "__main__":, because each process imports it'

@@ -38,7 +38,7 @@ HEADINGS = ("periods", "force (N)", "condition number", "differs from the model 
 
 
 class IdentificationProgress(NamedTuple):
-    """Progress of an identification: spin speed (rad/s), numbers of finished and of all speeds, and of steps."""
+    """Progress of an identification: spin speed (rad/s), and the numbers of finished and of all speeds and steps."""
 
     speed: float
     speeds_done: int
@@ -106,8 +106,8 @@ def identify(
 ) -> Identification:
     """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.
 
-    The receptances describe the loop with all its controllers, including a linear controller below the synchronous
-    control.
+    These receptances describe the loop with all its controllers, including a linear controller in an inner loop of the
+    synchronous control.
 
     Ctrl-C ends the study; the result then contains the finished speeds.
 

@@ -59,8 +59,8 @@ class IdentifiedReceptance:
     model
         R of the linear model of the same sampled loop, for comparison; None if `receptance` itself is from this model.
     inner
-        Response of the controller below the synchronous control (`sampled_receptance.inner_response`), if there is such
-        a controller.
+        Response of the controller in the inner loop of the synchronous control (`sampled_receptance.inner_response`),
+        if there is such a controller.
     reason
         Reason for a failure; otherwise empty.
     interrupted
@@ -179,7 +179,7 @@ def computed_identification(machine: Machine) -> IdentifiedReceptance:
 
 
 def _identification(machine: Machine) -> IdentifiedReceptance:
-    """Return the result of an identification as it is before the run, without receptances."""
+    """Return the initial result of an identification, before the run and without receptances."""
     order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
     return IdentifiedReceptance(
         speed=machine.Omega,
@@ -228,7 +228,7 @@ def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
 
 
 def ratios(receptance: Complex, model: Complex) -> Complex:
-    """Return R divided by the model's R, for elements above a tenth of the largest in the model's column."""
+    """Return R divided by the model's R, for elements of the model above a tenth of the largest in their column."""
     size = np.abs(model)
     large = size > LARGE * size.max(axis=0)
     return np.asarray(receptance[large] / model[large], dtype=np.complex128)

@@ -149,13 +149,13 @@ class RotorLayout(WarnedResult, DrawnResult):
             numbers = (significant(100.0 * at_rest, 2), unit.number(frequency), significant(100.0 * spinning, 2))
             table.add_row(_hertz(frequency), *numbers)
         meaning = (
-            "for unbalance: the error of the response to a force that turns with the rotor, at the speed in the column "
-            "before it"
+            "for unbalance: error of the response to a force that turns with the rotor at the speed in the column to "
+            "the left"
         )
         return [table, meaning, *self._advice_on_spin(error)]
 
     def _advice_on_spin(self, error: ReceptanceError) -> Iterator[str]:
-        """Yield advice if the plant is accurate at rest but not for unbalance, and a line about the highest speed."""
+        """Yield advice if the model is accurate at rest but not under unbalance, and a line about the highest speed."""
         unit, highest = speed_unit(), None if self.whirl is None else self.whirl.speed
         accurate = error.error <= error.accuracy  # at rest
         reached = accurate if highest is None else accurate & (error.frequencies <= highest)
@@ -172,7 +172,7 @@ class RotorLayout(WarnedResult, DrawnResult):
             at = unit.text(float(error.frequencies[first]))
             yield f"at {at} the error for unbalance is {significant(100.0 * error.spinning[first], 2)} %; {cure}"
         if highest is not None:
-            yield f"this rotor turns at {unit.text(highest)} at most"
+            yield f"the rotor file states a highest speed of {unit.text(highest)}"
 
     def _whirl_table(self) -> list[TextBlock]:
         """Return the table of whirl at the highest speed; empty if the rotor file states no speed."""
@@ -253,7 +253,7 @@ def _damping(rotor: Rotor) -> str:
     values = {
         f"{damping.mass:g} 1/s times mass": damping.mass,
         f"{damping.stiffness:g} s times stiffness": damping.stiffness,
-        f"{ratios} of the elastic modes": any(damping.modal),
+        f"damping ratio {ratios} of the elastic modes": any(damping.modal),
         f"loss factor {damping.loss_factor:g}": damping.loss_factor,
     }
     terms = [words for words, value in values.items() if value]
@@ -297,7 +297,7 @@ def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
             "thrust disc", disc.name, None, disc.z, "axial magnetic bearing; the rotor moves along its shaft"
         )
     for face in rotor.faces:
-        what = f"stops {face.stops} after {1e6 * face.clearance:g} um, mean radius {number(face.radius)} m"
+        what = f"stops motion along {face.stops} after {1e6 * face.clearance:g} um, mean radius {number(face.radius)} m"
         what += f", on {face.retainer}" if face.retainer else ""
         yield LayoutEntry("face", face.name, face.node, z[face.node - 1], what)
     for sensor in rotor.sensors:

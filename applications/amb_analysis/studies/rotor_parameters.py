@@ -5,7 +5,7 @@ at the start and b' after a change, a node at z moves to
 
     z' = b'_k + (z - b_k) (b'_k+1 - b'_k)/(b_k+1 - b_k),   b_k <= z <= b_k+1                        (1)
 
-Responses are therefore smooth functions of the parameters. Measured positions do not move.
+Responses are therefore smooth functions of the parameters. Positions of measurements do not move.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class RotorParameters:
 
 
 def free_bounds(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> dict[str, tuple[Number, Number]]:
-    """Return the lowest and the highest allowed value of each parameter, by name, as they were written.
+    """Return the lowest and the highest allowed value of each parameter, by name, as the user wrote them.
 
     Raises
     ------

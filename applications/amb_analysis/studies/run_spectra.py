@@ -75,7 +75,7 @@ class BearingSpectra:
 
     @property
     def other(self) -> tuple[str, str, str]:
-        """Amplitude (mm), frequency and spin speed of the strongest other vibration as texts; dashes without one."""
+        """Texts: amplitude (mm), frequency and spin speed of the strongest other vibration; dashes if there is none."""
         if not self.other_amplitude:
             return ("-", "-", "-")
         return number(1e3 * self.other_amplitude), f"{self.other_frequency:.2f}", _speed(self.other_speed)
@@ -292,7 +292,8 @@ def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) ->
 
     Maxima over the lines are refined between the lines, because a vibration halfway between two lines shows only 85 %
     of its amplitude at each of them. A vibration within `NEAR` lines of 0 Hz or of the spin frequency is ignored,
-    because neither it nor the rest of its lobe can be distinguished from the motion at these frequencies.
+    because neither the vibration nor the rest of its spectral lobe can be distinguished from the motion at these
+    frequencies.
     """
     spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
 

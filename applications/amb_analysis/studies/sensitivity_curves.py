@@ -20,8 +20,8 @@ def curve_frequencies(
 ) -> Array:
     """Return the frequencies (Hz) of the computed curve, evenly spaced on a logarithmic axis and denser near the poles.
 
-    Near a pole s = -sigma + i omega, the response moves on a circle, which the frequencies omega + sigma tan(psi)
-    divide evenly.
+    Near a pole s = -sigma + i omega, the response moves on a circle; the frequencies omega + sigma tan(psi) with evenly
+    spaced psi give evenly spaced points on this circle.
     """
     highest = min(highest, 0.5 / sample_time)
     growth = np.abs(poles)

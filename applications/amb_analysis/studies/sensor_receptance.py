@@ -87,7 +87,7 @@ def receptance(
     up_to
         Highest spin speed (rad/s), or a string with its unit.
     k_b, c_b
-        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or strings with their units.
+        Net stiffness (N/m) and damping (N s/m) of the bearings in closed loop, or strings with their units.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def receptance(
 
 
 def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) -> Complex:
-    """Return R (m/N) of a rotor on its closed bearings at several speeds (rad/s), shape (n, n_sensors, n_axes).
+    """Return R (m/N) of a rotor on its bearings in closed loop at speeds (rad/s), shape (n, n_sensors, n_axes).
 
     Raises
     ------

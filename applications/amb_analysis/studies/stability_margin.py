@@ -42,7 +42,7 @@ COMPARED = 500.0  # Hz, up to which computed and measured sensitivity are compar
 
 @dataclass(frozen=True)
 class PeakBeyond:
-    """Largest |S| (1) above the frequencies of ISO 14839-3, up to half the sample rate, and its frequency (Hz)."""
+    """Largest |S| (1) above the frequency range of ISO 14839-3, up to half the sample rate, and its frequency (Hz)."""
 
     peak: float
     frequency: Annotated[float, "Hz"]
@@ -109,7 +109,7 @@ class GangOfFour:
 
 @dataclass(frozen=True, eq=False)
 class DiskMargin:
-    """Simultaneous, independent changes of gain and phase in all loops under which the system stays stable.
+    """Changes of gain and phase, simultaneous and independent in all loops, under which the system stays stable.
 
     alpha
         Lower bound of the disk margin over the frequencies of the study (1), shape (n,).
@@ -208,7 +208,7 @@ def zone(peak: float) -> str:
 
 
 def _check_agreement(axes: Sequence[str], frequencies: Array, computed: Complex, measured: Complex) -> None:
-    """Raise a ValueError if measured and computed S differ by more than `CONTRADICTION`, so one of them is wrong."""
+    """Raise a ValueError if measured and computed S differ by more than `CONTRADICTION`; one of them is then wrong."""
     difference = np.abs(measured / computed - 1.0)
     k, line = divmod(int(difference.argmax()), difference.shape[1])
     if difference[k, line] > CONTRADICTION:
@@ -224,8 +224,8 @@ def _check_agreement(axes: Sequence[str], frequencies: Array, computed: Complex,
 def peak_between_lines(peak: float, frequency: float, lines: Array, measured: Complex, ratios: Complex) -> float:
     """Return the largest measured |S|, either at a line or at the computed peak, which may lie between two lines.
 
-    At the computed peak, |S| is estimated as this peak times the ratio of measured to computed S, which varies slowly
-    from line to line.
+    At the computed peak, the measured |S| is estimated as the computed |S| times the ratio of measured to computed S.
+    This ratio varies slowly from line to line.
 
     Parameters
     ----------
@@ -267,7 +267,7 @@ def sensitivity(
     amplifier
         Whether the amplifiers have a bandwidth and a voltage limit even if the scenario's have none.
     delay
-        Whether currents are delayed by one sample even if the scenario's are not.
+        Whether currents are delayed by one sample even if the scenario's currents are not.
     sample_time
         Sample time of the controller (s), or a string with its unit; by default the sample time of the scenario.
     set, flavour

@@ -94,9 +94,10 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
 
 
 def _adaptation_growth(machine: RubbingRotor, at: Receptances, held: Receptances) -> Iterator[tuple[str, float]]:
-    """Yield the sites and the adaptation's largest growth rate, divided by alpha (1), for each contact under `held`.
+    """Yield the sites of each contact state under `held`, and the adaptation's growth rate divided by alpha (1).
 
-    `at` contains the receptances under feedback alone.
+    The growth rate is the largest of a state. `held` contains the receptances that determine the states, and `at` those
+    under feedback alone.
     """
     mu, r = machine.mu(at.Omega), (held.P @ (machine.unbalance * at.Omega**2))[None]
     for contact in all_sets(len(machine.sites))[1:]:

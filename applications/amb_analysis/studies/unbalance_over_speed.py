@@ -206,7 +206,7 @@ def _of_machine(
 
 
 def _stable(machine: Machine, speeds: Array) -> Array:
-    """Return the speeds below the first speed, above the operating speed, at which the loop is unstable."""
+    """Return the speeds below the lowest unstable speed; only speeds above the operating speed are checked."""
     for k, Omega in enumerate(map(float, speeds)):
         if Omega > machine.Omega and not machine.loop.poles(Omega).stability.is_stable:
             return speeds[: max(k, 1)]

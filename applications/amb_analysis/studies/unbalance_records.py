@@ -25,7 +25,7 @@ class PlaceResponse:
     """Response at a point of the shaft.
 
     node
-        Number of the node on the mesh, which may have more nodes than the rotor file.
+        Number of the node on the mesh, which may have more nodes than the rotor file numbers.
     z
         Axial position (m).
     amplitude
@@ -36,8 +36,8 @@ class PlaceResponse:
     phase
         Angle by which the forward part of the motion leads the unbalance (rad), continuous, shape (n,).
     clearance
-        Smallest radial clearance (m), less the offset of its centre, of all places at this node; None if the rotor
-        cannot touch anything there.
+        Smallest radial clearance (m) of all places at this node, each reduced by the offset of its centre; None if the
+        rotor cannot touch anything there.
     """
 
     node: int
@@ -61,7 +61,7 @@ class PlaceResponse:
 
 @dataclass(frozen=True)
 class PlacedUnbalance:
-    """An unbalance (kg m), and the angle (deg) by which it leads the x axis at the beginning of a turn."""
+    """An unbalance (kg m), and the angle (deg) by which the unbalance leads the x axis at the beginning of a turn."""
 
     amount: Annotated[float, "kg.m"]
     angle: Annotated[float, "deg"]
@@ -224,7 +224,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
             return []
         return [
             f"bearings and seals do not hold {self.floating} of the 4 rigid-body motions; in these motions the rotor "
-            "floats: only inertia and damping limit its response, and it has no critical speed"
+            "floats: only inertia and damping limit its response, and there is no critical speed"
         ]
 
     def _backward_notes(self) -> list[str]:
@@ -234,7 +234,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
             for low, high in place.backward(self.speeds):
                 at.setdefault((unit.number(low), unit.text(high)), []).append(name)
         return [
-            f"unbalance whirls the rotor backward from {low} to {high} at {', '.join(names)}"
+            f"under unbalance, the rotor whirls backward from {low} to {high} at {', '.join(names)}"
             for (low, high), names in at.items()
         ]
 
@@ -244,7 +244,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
 
 
 def _zero(speeds: Array, values: Array, first: int, second: int) -> float:
-    """Return the speed (rad/s) at which values cross 0 between two samples; at an end, the speed of the one sample."""
+    """Return the speed (rad/s) of a zero crossing between two samples; if one is missing, the speed of the other."""
     if first < 0 or second >= len(speeds):
         return float(speeds[max(first, 0) if second >= len(speeds) else second])
     return float(speeds[first] + (speeds[second] - speeds[first]) * values[first] / (values[first] - values[second]))

@@ -52,7 +52,7 @@ def _positions(text: str) -> list[str]:
 @click.option(
     "--thrust-disc", is_flag=True, help="Add an axial bearing, and faces that stop the rotor along its shaft."
 )
-@click.option("--bias", type=WithUnit("2 A"), help="Bias current of --k-i and --k-s, instead of --gap.")
+@click.option("--bias", type=WithUnit("2 A"), help="Bias current for --k-i and --k-s, instead of --gap.")
 @click.option(
     "--drive",
     type=click.Choice(["differential", "one-sided"]),
@@ -164,7 +164,7 @@ def new(
 def _magnet(
     k_i: str | None, k_s: str | None, gap: str | None, bias: str | None, drive: Drive | None
 ) -> MagnetData | None:
-    """Return the magnet's constants from a data sheet, or None if they are not stated."""
+    """Return the magnet's constants from a data sheet, or None if the user states none."""
     from amb_assessment.first_design.sizing import MagnetData
     from amb_cosim.cosim.system.values import quantity
 
@@ -194,7 +194,7 @@ def _assumed(magnet: MagnetData) -> str:
     elif magnet.gap is None and magnet.bias is None:
         constants += ", and the gap is assumed"
     sharing = "both coils share the load" if magnet.drive == "differential" else "the upper coils carry the load"
-    return f"of the data sheet: {constants}; {sharing} ({magnet.drive} drive)"
+    return f"magnet of the data sheet: {constants}; {sharing} ({magnet.drive} drive)"
 
 
 def _echo_design(name: str, design: Design) -> None:
@@ -230,7 +230,7 @@ def _lag(design: Design) -> str:
 
 
 def _comparison(magnet: MagnetData | None, typical: MagnetData) -> str:
-    """Return the constants of a magnet sized for the rotor, with a question if the data sheet's differ a lot."""
+    """Return the constants of a magnet sized for the rotor, with a question if those of the data sheet differ a lot."""
     if magnet is None:
         return ""
     text = f"; a magnet sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"

@@ -73,7 +73,7 @@ def new_machine(
         The folder to create; its name becomes the name of the machine.
     rotor
         Text of a rotor file, from `plain_shaft` or a drawing. If it lacks `[damping]`, a default is assumed. If it
-        lacks `[reduction]`, one is added with which the plant is accurate up to the trip speed.
+        lacks `[reduction]`, a reduction is added that keeps the plant accurate up to the trip speed.
     speed
         Highest operating speed (rad/s).
     bearings
@@ -94,8 +94,8 @@ def new_machine(
     ------
     ValueError
         If the folder exists or its name is not allowed in a TOML file, or if the rotor file is invalid or lacks parts
-        that `machine_sizes` needs. The error is also raised if bearings are given twice, or if no gains levitate the
-        rotor.
+        that `machine_sizes` needs. The error is also raised if both `rotor` and `bearings` define bearings, or if no
+        gains levitate the rotor.
     """
     require_name(folder.name)
     require(abs(tilt) <= 0.5 * math.pi, "tilt", f"{math.degrees(tilt):g} deg", ">= -90 deg and <= 90 deg")
@@ -181,7 +181,7 @@ def _coil_lines(sizes: MachineSizes) -> str:
         }
         lines += [f'\n"{bearing}.{name}_?" = "{value:.6g} {unit}"' for name, (value, unit) in values.items()]
         shift = 0.5 * coils.static_current
-        lines[-3] += f"  # {coils.bias_current + shift:.4g} A less {shift:.4g} A, and more in the upper coils"
+        lines[-3] += f"  # {coils.bias_current + shift:.4g} A less {shift:.4g} A; the upper coils carry more"
     return "".join(lines)
 
 

@@ -5,13 +5,13 @@ The search minimises the sum of all shortfalls from targets (index w):
     4 sum max(0, |S|/S_w - 1) + sum max(0, 1 - zeta/zeta_w) + sum max(0, k_w/k - 1),   k = K_b/K_s      (1)
 
 The first sum includes the largest |S| up to 2 kHz and above 2 kHz. The second includes the smallest damping ratio of
-the vibrations in three bands: within the range of speed, up to twice the trip speed, and above. The third includes the
-stiffness of each bearing. At low frequency, |S| is K_s/K_b, and the rotor drifts away if the negative stiffness of the
-magnets exceeds the K_b + K_s of the controller.
+the vibrations in each of three frequency bands: within the range of speed, up to twice the trip speed, and above. The
+third includes the stiffness of each bearing. At low frequency, |S| is K_s/K_b, and the rotor drifts away if the
+negative stiffness of the magnets exceeds the K_b + K_s of the controller.
 
 The loop includes all modes that the sample rate resolves. In runs, however, the rotor has only the modes of its file's
-[reduction], and residual shapes, which control can drive although they are not modes. Therefore, (1) also includes the
-vibrations of this rotor; otherwise, a good design could have unstable scenarios.
+[reduction] and residual shapes. Control can drive these shapes although they are not modes. Therefore, (1) also
+includes the vibrations of the rotor in runs; otherwise, scenarios of a good design could be unstable.
 
 The search first evaluates a grid with the same ratios in all bearings, and then starts simplex searches from its best
 points (J. A. Nelder, R. Mead, Computer Journal 7 (1965) 308-313). The search uses no random numbers, so a drawing
@@ -128,7 +128,7 @@ class Levitation:
 
     @property
     def holds(self) -> bool:
-        """Whether no motion grows, neither in the loop with all modes nor in runs."""
+        """Whether no motion grows, either in the loop with all modes or in runs."""
         return not (self.motion or self.motion_in_runs)
 
     @property
@@ -268,7 +268,7 @@ class Designer:
 
     @cached_property
     def _searches(self) -> tuple[LoopSearch, LoopSearch]:
-        """The loop with all modes, and the loop of the runs."""
+        """The loop with all modes, and the loop that runs simulate."""
         machine, speeds = self.machine(), [share * self.speed for share in SEARCHED]
         return LoopSearch(machine.loop, speeds), LoopSearch(machine.run_loop, speeds)
 
@@ -307,7 +307,7 @@ class Designer:
         return _End(np.exp(result.x), float(result.fun))
 
     def pid(self, ratios: Sequence[float] | Array) -> Pid:
-        """Return the PID for `ratios` (`pid_of`); a single pair of stiffness and lead applies to all bearings."""
+        """Return the PID for `ratios` (`pid_of`); a single pair of stiffness and lead is used for all bearings."""
         *of_bearings, tau = np.asarray(ratios, dtype=float)
         repeated = of_bearings * (len(self._k_s) if len(of_bearings) == 2 else 1)
         return pid_of(self._k_s, [*repeated, tau], self._searches[0].sample_time)
@@ -315,7 +315,7 @@ class Designer:
     def lack(self, ratios: Sequence[float] | Array) -> float:
         """Return the sum (1) for `ratios` (`pid_of`).
 
-        For an unstable loop, the value is `UNSTABLE` or more, and it rises with the growth.
+        For an unstable loop, the value is `UNSTABLE` or more, and it increases with the spectral radius.
         """
         self._tried += 1
         self._progress(self._tried)

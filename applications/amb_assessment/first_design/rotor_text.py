@@ -1,7 +1,7 @@
-"""Text of a first rotor file: a plain shaft with a wheel, and supports, damping and reduction for a rotor without them.
+"""Text of a first rotor file: a plain shaft with a wheel; also supports, damping and reduction where a file lacks them.
 
-A rotor file made from a drawing replaces the shaft. If the file has bearings, retainers and sensors, it also replaces
-the supports.
+A rotor file made from a drawing is used instead of the shaft. If it has bearings, retainers and sensors, they are used
+instead of the supports.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ def damping() -> str:
 
 
 def reduction(speed: float) -> str:
-    """Return the text of the reduction up to a spin speed (rad/s), for a rotor file without a reduction."""
+    """Return the text of a reduction that is valid up to a spin speed (rad/s), for a rotor file without a reduction."""
     return filled("reduction.toml", speed=speed, rpm=speed * RPM)
 
 
@@ -148,7 +148,7 @@ def require_name(name: str) -> None:
 
 
 def require_speed(speed: float, written: str | None = None) -> None:
-    """Raise a ValueError unless the models can turn at a speed (rad/s) and at the trip speed, which is above it.
+    """Raise a ValueError unless a speed (rad/s) and the trip speed above it are within the limits of the models.
 
     The message contains the speed as the user wrote it, if `written` is given.
     """

@@ -28,7 +28,7 @@ INDUSTRIAL = 600.0  # V, about the highest voltage of amplifiers that are sold f
 
 
 def shortfalls(machine: Machine, levitation: Levitation, speed: float) -> tuple[str, ...]:
-    """Return sentences about the targets that a stable loop misses and their causes; none if it meets all targets.
+    """Return sentences about the targets that a stable loop misses, and the causes; empty if it meets all targets.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
 
 
 def high_voltage(sizes: MachineSizes) -> Iterator[str]:
-    """Yield a sentence on coils whose voltage industrial amplifiers cannot supply, and on coils for which they suffice.
+    """Yield a sentence on coils whose voltage industrial amplifiers cannot supply, and on coils that they can supply.
 
     U = 2 R I_max + L I_b 2 Omega,   I_b ~ I_max ~ 1/N,   R ~ L ~ N^2,   hence U ~ N at the same force     (1)
     """
@@ -115,7 +115,7 @@ def _damping_shortfall(rotor: Rotor, loop: Levitation) -> Iterator[str]:
 
 
 def hindering_positions(machine: Machine, loop: Levitation, speed: float) -> Iterator[str]:
-    """Yield sentences on bending modes, up to twice the trip speed, that a bearing drives or that none reaches well."""
+    """Yield sentences on bending modes up to twice the trip speed that a bearing drives or no bearing reaches well."""
     is_short = any(zeta < wanted for zeta, wanted in zip(loop.ratios[:2], loop.wanted[:2], strict=True))
     for mode in mode_reaches(machine.rotor, machine.magnets, MODES):
         if mode.frequency <= 2.0 * TRIP * speed and mode.deciding.value < (WELL if is_short else REACHED):

@@ -1,6 +1,6 @@
 """First sizes of a rotor's magnetic bearings, computed from its weight and speed by handbook rules.
 
-Replace these sizes with the values of data sheets: every number is in a file that states its source. Sources: G.
+Every size is in a file that states its source, so that you can replace it with the value of a data sheet. Sources: G.
 Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009; ISO 21940-11 (balancing grades).
 """
 
@@ -104,8 +104,8 @@ class MachineSizes:
     unbalance
         Unbalance of the balancing grade at the highest speed.
     loads
-        Load of the more loaded axis at 45 degrees at the highest speed, by bearing; it is the axis's share of the
-        weight.
+        By bearing, the larger load of its two axes at 45 degrees at the highest speed. The load of an axis is its share
+        of the weight.
     coils
         Currents and pole area of each bearing that is driven differentially; empty if the upper coils carry the load.
     """
@@ -149,13 +149,13 @@ def machine_sizes(
     I_0 = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
     K_s(i_s) = K_s (1 + (i_s/I_0)^2),  i_s = W/K_i                                          (4)
 
-    m_b is the mass of the flexible rotor that a bearing carries (`carried_with_seals`). F, or the magnet of a data
-    sheet, must also suffice at rest, where seals may carry less. In (1), B is the flux density at twice the bias
-    current, which is reached when the control current equals the bias current. The force F includes the unbalance of
-    twice the balancing grade. Equation (2) gives a full-swing bandwidth of about twice the speed. With a data sheet,
-    (3) replaces (1); it follows from (2.8) and (2.9) without a static current. Equation (4) holds for differential
-    drive. Unless gap or bias is stated, I_0 is chosen so that K_s(i_s) equals the K_s of the data sheet, and the gap is
-    chosen so that I_0 is at least `ROOM` times i_s.
+    m_b is the mass of the flexible rotor that a bearing carries (`carried_with_seals`). The magnets must also carry the
+    load at rest, where seals may carry less of the weight. In (1), B is the flux density at twice the bias current,
+    which is reached when the control current equals the bias current. The force F includes the unbalance of twice the
+    balancing grade. Equation (2) gives a full-swing bandwidth of about twice the speed. With a data sheet, (3) replaces
+    (1). Equation (3) follows from (2.8) and (2.9) of the thesis without a static current. Equation (4) holds for
+    differential drive. Unless gap or bias is stated, I_0 is chosen so that K_s(i_s) equals the K_s of the data sheet,
+    and the gap is chosen so that I_0 is at least `ROOM` times i_s.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def machine_sizes(
 
 
 def _axis_loads(rotor: Rotor, Omega: float, across: float) -> dict[str, float]:
-    """Return the load (N) of the more loaded axis at 45 degrees, by bearing, at a spin speed (rad/s).
+    """Return, by bearing, the larger load (N) of its two axes, which are at 45 degrees, at a spin speed (rad/s).
 
     `across` is the share of the weight that acts across the shaft.
     """
@@ -239,7 +239,7 @@ def _axis_loads(rotor: Rotor, Omega: float, across: float) -> dict[str, float]:
 
 
 def _gap_with(magnet: MagnetData, gap: float, load: float) -> float:
-    """Return the gap (m) of a data sheet's magnet; `gap` is the smallest gap that clears the retainers."""
+    """Return the gap (m) of a magnet from a data sheet; if the gap is assumed, it is at least `gap`."""
     if magnet.gap is not None:
         return magnet.gap
     if magnet.bias is not None:
@@ -266,7 +266,7 @@ def _differential(magnet: MagnetData, bias: float, area: float, loads: Mapping[s
 
 
 def _area_with(magnet: MagnetData, gap: float, bias: float, turns: int, load: float) -> float:
-    """Return the pole area (m2) that gives an axis the K_i of a data sheet, if the axis can carry a load (N)."""
+    """Return the pole area (m2) that gives an axis the K_i of a data sheet; check that the axis carries a load (N)."""
     swing = 0.5 * bias if magnet.keeps_k_s else bias
     reason = f"to carry {load:.4g} N with a swing of {swing:.3g} A, which follows from gap, K_i and K_s"
     allowed = f"> {load / swing:.4g} N/A, {reason}"

@@ -2,8 +2,8 @@
 
     A = mu_0 F/B^2,  F = 4 m g;   K_b = K_s,  C_b = 2 zeta sqrt(K_b m)                              (1)
 
-ROLAC is radial. Therefore, one linear law controls all five axes; on the radial axes, it equals the law of the radial
-design to the last bit.
+ROLAC is radial. Therefore, one linear law controls all five axes. On the radial axes, it is identical to the law of the
+radial design to the last bit.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def thrust_magnet(name: str, sizes: MachineSizes, tilt: float) -> Thrust:
 
 
 def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_time: float) -> str:
-    """Return a controller file for five axes with a design's radial gains; the bias current limits the demands."""
+    """Return a controller file for five axes with a design's radial gains; demands are limited to the bias current."""
     axes, points = control_loop(sizes.rotor).axes, operating_points(sizes)
     roll_off = 1.0 / (math.tau * pid.derivative_time)
     channels = []
@@ -148,7 +148,7 @@ def machine_part(radii: tuple[float, float], thrust: Thrust, sizes: MachineSizes
 
 
 def radii(rotor: Rotor, z: float) -> tuple[float, float]:
-    """Return the inner and outer radius (m) of a disc at z that covers two pole rings by (1) and the coil between."""
+    """Return the inner and outer radius (m) of a disc at z, with room for two pole rings by (1) and the coil."""
     inner = 0.5 * diameter_at(rotor, z)
     return inner, math.sqrt(inner**2 + 3.0 * _pole_area(rotor.mass) / math.pi)
 

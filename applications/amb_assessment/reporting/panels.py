@@ -103,7 +103,7 @@ def run_panels(run: Signals, others: Iterable[RunPanels] = ()) -> tuple[Panel, .
 
 
 def horizontal_axis(run: Signals) -> tuple[Array, str, Bools]:
-    """Return the values of the horizontal axis from cycle 0 on, their label, and the mask of these samples.
+    """Return the values of the horizontal axis from cycle 0 on, the axis label, and the mask of these samples.
 
     The values are spin speeds (rpm) if the speed changes, and cycles otherwise.
     """
@@ -114,7 +114,7 @@ def horizontal_axis(run: Signals) -> tuple[Array, str, Bools]:
 
 
 def curve(name: str, x: ArrayLike, y: ArrayLike, style: str = "lines") -> Curve:
-    """Return a curve of at most `MOST_POINTS` points; a longer curve is reduced to the extremes of equal parts."""
+    """Return a curve of at most `MOST_POINTS` points; of a longer one, keep the extremes of y in equal parts."""
     xs, ys = np.asarray(x, np.float64), np.asarray(y, np.float64)
     if len(xs) > MOST_POINTS:
         extremes = _extremes(ys, MOST_POINTS // 2)
@@ -148,13 +148,13 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
     for draw in others:
         yield from draw(run)
     if not speed_changes(run):
-        title = "Orbits over clearance" + ("" if rolling_from(run) is None else ", until it rolls")
+        title = "Orbits over clearance" + ("" if rolling_from(run) is None else ", until the rotor rolls")
         x, y = (f"{name} / clearance" for name in directions(run))
         yield Panel(title, x, y, tuple(_orbits(run, from_cycle_0)), is_round=True)
 
 
 def _orbits(run: Signals, inside: Bools) -> Iterator[Curve]:
-    """Yield the clearance and the orbits.
+    """Yield the curves of the clearance and of the orbits.
 
     If the rotor rolls, the orbits cover the time from just before the disturbance until rolling begins.
     """

@@ -61,7 +61,7 @@ def figure_of(panels: Sequence[Panel]) -> Figure:
 
 
 def _legend_columns(names: Sequence[str]) -> int:
-    """Return how many columns of a legend, at most three, fit below a plot."""
+    """Return the number of legend columns that fit below a plot, at most three."""
     column_width = LEGEND_SIZE * (0.55 * max(len(name) for name in names) + 4.0)  # with handle and gap
     return max(1, min(3, int(72.0 * WIDTH / column_width)))
 

@@ -1,4 +1,4 @@
-"""Force over penetration when a mass hits a retainer once, under a force law of the plant."""
+"""Force as a function of penetration when a mass hits a retainer once, under a force law of the plant."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def blow(law: ForceLaw, mass: float, speed: float, duration: float) -> tuple[Arr
 
 
 def damping_ratio_of(restitution: float) -> float:
-    """Return the damping ratio zeta with which a spring and damper that never pulls has a given restitution.
+    """Return the damping ratio zeta for which a spring-damper that never pulls has a given coefficient of restitution.
 
     e = exp(-zeta (pi - 2 asin zeta)/sqrt(1 - zeta^2))
 

@@ -1,4 +1,4 @@
-"""Study of force over penetration under the classical contact laws (Figs 4.1, 4.2; equations 4.1 to 4.9, 4.13)."""
+"""Study of force against penetration under the classical contact laws (Figs 4.1, 4.2; equations 4.1 to 4.9, 4.13)."""
 
 from __future__ import annotations
 
@@ -110,8 +110,8 @@ class ContactLaws(DrawnResult):
         )
         return [
             table,
-            f"the force of (4.3) as printed jumps to {jump} at first contact (A in Fig. 4.1) and pulls with {pull} "
-            f"before the mass leaves (B); in the plant no law pulls, and (4.13) begins with a force of {smooth}",
+            f"as printed, the force of (4.3) jumps to {jump} at first contact (A in Fig. 4.1) and pulls the mass with "
+            f"{pull} before it leaves (B); in the plant, no law pulls, and (4.13) begins with a force of {smooth}",
         ]
 
 
@@ -123,7 +123,7 @@ def contact_laws(
     delta_c: Number = "10 um",
     mass: Number | None = None,
 ) -> ContactLaws:
-    """Return force over penetration when a mass hits a retainer, for each classical law of the plant.
+    """Return force as a function of penetration when a mass hits a retainer, for each classical law of the plant.
 
     The thesis gives neither numbers in Figs 4.1 and 4.2 nor parameters of the laws. Stiffness and penetration are
     therefore the start values of the plant, and the damped laws are tuned to the same coefficient of restitution e. Law

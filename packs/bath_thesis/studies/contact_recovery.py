@@ -1,10 +1,10 @@
 """Study of which controls free a rotor from contact after a step of unbalance, and of their limits.
 
 The rotor, its speed (16 Hz) and the unbalance factor are taken from Fig. 5.6, with unbalance added on D1. Adaptive
-controls are tried at each rate, with H of the rotor model and with H identified in the sampled loop. For each control
-and added unbalance, the trials differ only in the instant of the step. Rotor, bearings and retainers are isotropic, so
-the instant matters only because of sampling and current limits. If only some of the trials recover, the unbalance is
-close to the limit of the control.
+controls are tried at each adaptation rate, with H of the rotor model and with H identified in the sampled loop. For
+each control and added unbalance, the trials differ only in the instant of the step. Rotor, bearings and retainers are
+isotropic, so the instant matters only because of sampling and current limits. If only some of the trials recover, the
+unbalance is close to the limit of the control.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ class RecoveryStatistics:
     recovered_share
         Share of the trials that end free of contact (1).
     median_cycles
-        Median number of cycles from the step to the last contact in the trials that recover. It is 0 without contact,
-        and None if no trial recovers.
+        Median number of cycles from the step to the last contact in the trials that recover. The median is 0 without
+        contact, and None if no trial recovers.
     runs
         Each trial.
     """
@@ -102,7 +102,7 @@ class ControlComparison(DrawnResult):
             table,
             f"runs free of contact at cycle {self.end_cycle:g} (%), and their median number of cycles to the last "
             "contact",
-            f"unbalances times {self.unbalance_factor:g}; instants of the step: {self.instants}; H comes "
+            f"factor {self.unbalance_factor:g} on all unbalances; instants of the step: {self.instants}; H comes "
             "from the rotor model unless it is identified in the sampled loop",
         ]
 
@@ -129,8 +129,8 @@ def recovery(
         Unbalances added on D1 (kg m), before multiplication by the scenario's factor, or a comma-separated string with
         units.
     instants
-        Number of instants within a revolution at which the step is tried. It should not be a multiple of four, because
-        the four axes would then have the same motion.
+        Number of instants within a revolution at which the step is tried. Avoid multiples of four, because steps a
+        quarter of a revolution apart cause the same motion, turned by a right angle.
     alpha
         Adaptation rates (1/s) on the amplitude, or a comma-separated string with units; (5.22) applies 7 1/s to half of
         the amplitude.

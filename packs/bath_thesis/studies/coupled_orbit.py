@@ -24,9 +24,9 @@ SUBSTEP = 15.625e-6  # s, of the plant's integration; the shortest communication
 class Scheme:
     """Coupling of FMUs.
 
-    A scheme states the order of the master, and whether the force has a gradient within a step or is held. It also
-    states whether the force depends on the mean or the final current of a step, and whether the controller predicts the
-    displacements over the delay of the order.
+    A scheme defines the order in which the master steps the FMUs, and whether the force has a gradient within a step or
+    is held. It also defines whether the force depends on the mean or the final current of a step, and whether the
+    controller predicts the displacements over the delay that this order causes.
     """
 
     coupling: Coupling = "gauss_seidel"

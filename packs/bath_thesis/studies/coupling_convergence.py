@@ -1,4 +1,4 @@
-"""Study of the convergence of the co-simulation to the monolithic levitated rig, over the communication step.
+"""Study of how the co-simulation converges to the monolithic levitated rig as the communication step shrinks.
 
 The rotor starts from rest under an unbalance. The controller samples at fixed instants, so only the coupling depends on
 the communication step.
@@ -74,7 +74,7 @@ class ComparisonErrors:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CouplingConvergence(DrawnResult):
-    """Errors of the co-simulation over the communication step.
+    """Errors of the co-simulation as a function of the communication step.
 
     duration
         Simulated time from rest (s).

@@ -81,7 +81,7 @@ class MeshAndCondensation(WarnedResult, DrawnResult):
     frequencies
         The tables.
     condensation
-        Errors of the condensation over the spin speed; None without planes to condense to.
+        Errors of the condensation as a function of spin speed; None without planes to condense to.
     """
 
     name: ClassVar[str] = "tables"

@@ -1,4 +1,4 @@
-"""Study of exact, interpolated and printed H, the inverse of the receptance, over the spin speed (thesis Fig. 5.3)."""
+"""Study of exact, interpolated and printed H, the inverse of the receptance, by spin speed (thesis Fig. 5.3)."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class InterpolationError:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InverseReceptance(WarnedResult, DrawnResult):
-    """H over the spin speed, exact and interpolated.
+    """H as a function of spin speed, exact and interpolated.
 
     rotor
         Name of the rotor.
@@ -110,7 +110,7 @@ class InverseReceptance(WarnedResult, DrawnResult):
 def h_matrix(
     rotor: RotorSource = None, *, up_to: Number = "50 Hz", k_b: Number = "1e6 N/m", c_b: Number = "5000 N.s/m"
 ) -> InverseReceptance:
-    """Return exact H over the spin speed, H as the controller interpolates it, and the errors for two tables.
+    """Return exact H by spin speed, H as the controller interpolates it, and the interpolation errors for two tables.
 
     H = -(R^H W R)^-1 R^H W     (5.10)
 

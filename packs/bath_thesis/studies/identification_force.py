@@ -1,4 +1,4 @@
-"""Study of the test force of an identification over the spin speed (Fig. 5.2, equations 6.3 to 6.6)."""
+"""Study of an identification's test force as a function of spin speed (Fig. 5.2, equations 6.3 to 6.6)."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ForceColumns:
     amplitude
         Amplitude of the force, A = 220 N/S (N) (6.5).
     periods_per_slot
-        Revolutions of a slot, N_per (1) (6.3).
+        Revolutions in a slot, N_per (1) (6.3).
     t_halt
         Duration of an identification (s), during which ROLAC is halted (6.4).
     response_mb1, response_mb2
@@ -61,7 +61,7 @@ class ForceColumns:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IdentificationForce(DrawnResult):
-    """Test force of an identification over frequency.
+    """Test force of an identification as a function of frequency.
 
     columns
         The force over the range of frequencies.
@@ -101,7 +101,7 @@ class IdentificationForce(DrawnResult):
 
 
 def test_force(up_to: Number = "50 Hz") -> IdentificationForce:  # noqa: PT028  # no test: a force
-    """Return the amplitude and duration of an identification's test force over the spin speed (6.3 to 6.6).
+    """Return amplitude and duration of an identification's test force as functions of spin speed (6.3 to 6.6).
 
     Parameters
     ----------

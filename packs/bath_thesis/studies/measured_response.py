@@ -110,7 +110,7 @@ def synchronous_response(
     flavour: Flavour = "native",
     progress: bool | None = None,
 ) -> SynchronousResponse:
-    """Return the norm of the synchronous response over frequency, modelled, and identified in co-simulations.
+    """Return the norm of the synchronous response by frequency, from models and as identified in co-simulations.
 
     S_i(f) = (R_i^H R_i)^(1/2)     (5.18)
 

@@ -32,7 +32,7 @@ DRAWN = (FULL, CONDENSED, COARSE)
 
 @dataclass(frozen=True, eq=False)
 class ReducedModel:
-    """Results of one model over the spin speed.
+    """Results of one model as a function of spin speed.
 
     coordinates
         Number of its degrees of freedom.
@@ -52,7 +52,7 @@ class ReducedModel:
 
 @dataclass(frozen=True)
 class MeanError:
-    """Mean absolute error of eight frequencies at 90, 120 and 145 rad/s, relative to 23 nodes with consistent mass.
+    """Mean absolute error of eight frequencies at 90, 120 and 145 rad/s, relative to the 23-node consistent-mass model.
 
     computed, thesis
         Computed error (%), and the error in the thesis (%); None where the thesis states no error.

@@ -69,7 +69,7 @@ MEASURED = (
     click.option(
         "--loop",
         type=click.Choice(["free", "linear", "open", "closed"]),
-        help="Support of the rotor; default: closed, free for a rotor.",
+        help="Support of the rotor; default: closed; free with --rotor.",
     ),
     click.option("--input", "inputs", multiple=True, metavar="CHANNEL", help="Input, such as fan.f_x; repeatable."),
     click.option("--response", "outputs", multiple=True, metavar="CHANNEL", help="Output, such as eye.x; repeatable."),

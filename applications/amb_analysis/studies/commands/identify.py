@@ -20,7 +20,7 @@ from amb_files.atomic import check_writable
     metavar="LIST",
     help="Spin speeds (5 Hz,10 Hz); default: twelve, 5 to 35 Hz.",
 )
-@output("Table of receptances to write; keeps other speeds in it.", "receptances.toml")
+@output("Table of receptances to write; its other speeds are kept.", "receptances.toml")
 @click.option("--scenario", metavar="NAME|FILE", help="Scenario that provides machine and parameters.")
 @ROTOR
 @SETTINGS

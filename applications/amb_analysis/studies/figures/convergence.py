@@ -46,7 +46,7 @@ def draw(result: ContactConvergence) -> Figure:
     write_title(
         figure,
         f"{result.scenario} with {result.rotor}: band of {100.0 * CONVERGED:g} % around the scenario; "
-        "hollow: another outcome" + f"\nstart k: clearances times 1 + {START:g} k" * ("starts" in groups),
+        "hollow: another outcome" + f"\nstart k: clearances multiplied by 1 + {START:g} k" * ("starts" in groups),
     )
     return figure
 

@@ -34,6 +34,8 @@ def draw(result: CouplingOrders) -> Figure:
     axes.grid(color="0.9", lw=0.5)
     figure.legend(loc="outside lower center", ncols=3)
     write_title(
-        figure, f"{result.scenario}: order of the master and its step; filled: {first.outcome}, hollow: another outcome"
+        figure,
+        f"{result.scenario}: order of the master and communication step; "
+        f"filled: {first.outcome}, hollow: another outcome",
     )
     return figure

@@ -20,7 +20,7 @@ def draw(result: RotorFit) -> Figure:
         panel.plot([100.0 * (p.lower / p.value - 1.0), 100.0 * (p.upper / p.value - 1.0)], [k, k], color=GREY, lw=3.0)
         panel.plot(0.0, k, "o", color=BLUE, ms=4.0)
     panel.set_yticks(range(len(names)), [f"{n} = {p.value:.4g}" for n, p in result.fit.parameters.items()])
-    panel.set(xlabel="95 % interval over the fitted value (%)", ylim=(-0.7, len(names) - 0.3))
+    panel.set(xlabel="95 % interval relative to the fitted value (%)", ylim=(-0.7, len(names) - 0.3))
     panel.grid(axis="x", color="0.9", lw=0.5)
     write_title(figure, f"{result.rotor}, fitted to {result.measured}")
     return figure

@@ -76,7 +76,7 @@ def draw_over_speed(
 
 
 def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool, also: Sequence[float] = ()) -> None:
-    """Set a logarithmic scale for damping and shade its zones; the scale includes zero if anything is unstable.
+    """Set a logarithmic scale for damping and shade its zones; the scale includes zero if damping is negative.
 
     The scale also covers the values in `also`, for which no curve is drawn.
     """
@@ -205,7 +205,7 @@ def _draw_multiples(axes: Axes) -> None:
 
 
 def _free_place(axes: Axes, last: float, order: int) -> float:
-    """Return an x for the label of a multiple, at `last` if possible, away from other curves and their labels."""
+    """Return an x for the label 1x or 2x, at `last` if possible, away from other curves and their labels."""
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
     curves = [curve for curve in map(_data, axes.lines) if curve.shape[1] > 2]
@@ -220,7 +220,7 @@ def _free_place(axes: Axes, last: float, order: int) -> float:
 def _number(axes: Axes, curves: Sequence[Array]) -> None:
     """Write the numbers of curves at their right ends without overlap, or only every nth if there are many.
 
-    A line joins a number that is moved to the end of its curve.
+    If a number is moved, a line joins it to the end of its curve.
     """
     low, high = axes.get_ylim()
     scale = axes.transData
@@ -247,7 +247,7 @@ def _every(labels: int) -> int:
 def hatch_extrapolated(panels: Sequence[Axes], speeds: Array, limits: Limits) -> list[Patch]:
     """Hatch the speeds (rad/s) that a table of coefficients does not cover, and return their legend entry.
 
-    `speeds` must ascend; the spin speed is the x axis of the panels.
+    `speeds` must be ascending; the x axes of the panels show the spin speed.
     """
     unit, (lowest, highest) = speed_unit(), covered_speeds(limits)
     first, last = float(speeds[0]), float(speeds[-1])

@@ -64,7 +64,7 @@ def draw(result: ClosedLoopPoles) -> Figure:
 
 
 def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
-    """Mark critical speeds; a hollow mark has an amplification below 2.5 and is not critical according to API 617."""
+    """Mark critical speeds; a hollow mark denotes an amplification below 2.5, which is not critical by API 617."""
     unit, points = speed_unit(), []
     for critical in result.critical_speeds:
         at, colour = critical.speed / unit.size, "0.2"
@@ -89,7 +89,7 @@ def _mark_unstable(panels: Sequence[Axes], result: ClosedLoopPoles) -> list[Line
 
 
 def _least_decrement(result: ClosedLoopPoles) -> list[float]:
-    """Return a list of the least damped vibration's decrement, whether drawn or not; empty if it is not positive."""
+    """Return a list with the decrement of the least damped vibration, drawn or not; empty unless positive."""
     ratio = 0.0 if result.least_damped is None else result.least_damped.damping_ratio
     return [2.0 * math.pi * ratio / math.sqrt(1.0 - ratio**2)] if 0.0 < ratio < 1.0 else []
 

@@ -35,7 +35,7 @@ def draw(result: SensorReceptance) -> Figure:
         for axes in (top, bottom):
             axes.grid(color="0.9", lw=0.5)
     largest = 1e6 * np.abs(R).max()
-    panels[0, 0].set(ylabel="displacement over force (µm/N)", ylim=(1e-5 * largest, 2.0 * largest))
+    panels[0, 0].set(ylabel="displacement / force (µm/N)", ylim=(1e-5 * largest, 2.0 * largest))
     panels[1, 0].set_ylabel("phase in x (deg)")
     _add_legend(figure, result)
     write_title(figure, f"{result.rotor}: synchronous receptance of the levitated rotor, from the model")

@@ -124,7 +124,7 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
             fill = "black" if state.stable else "white"
             panel.plot(at, sum(state.normal_forces.values()) / unit.size, "o", ms=4, mec="black", mfc=fill, zorder=4)
     panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
-    panel.set(xlabel=spin_label(), ylabel=f"normal forces in contact, sum ({unit.label})", xlim=(0.0, speeds[-1]))
+    panel.set(xlabel=spin_label(), ylabel=f"sum of normal contact forces ({unit.label})", xlim=(0.0, speeds[-1]))
     panel.set_yscale("log")
     low, high = panel.get_ylim()
     if high < DECADE * low:

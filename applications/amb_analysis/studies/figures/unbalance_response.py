@@ -129,7 +129,7 @@ def _operating(result: UnbalanceResponse, unit: ShownUnit) -> list[Line2D]:
 
 
 def _draw_polar(axes: Any, result: UnbalanceResponse, unit: ShownUnit) -> None:
-    """Draw amplitude over phase, counterclockwise from the unbalance, with critical and operating speeds.
+    """Draw amplitude against phase, counterclockwise from the unbalance, with critical and operating speeds.
 
     Amplitudes of a levitated machine have a logarithmic scale, as in the Bode plot.
     """
@@ -154,7 +154,7 @@ def _draw_polar(axes: Any, result: UnbalanceResponse, unit: ShownUnit) -> None:
     handles = [Line2D([], [], color="0.2", ls="", marker="o", ms=2.5, label="critical speed")]
     if result.operating_speed is not None:
         handles.append(Line2D([], [], color="0.4", ls="", marker="s", ms=3.5, label="operating speed"))
-    title = f"amplitude ({unit.label}) over phase"
+    title = f"amplitude ({unit.label}) against phase"
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, title=title)
 
 

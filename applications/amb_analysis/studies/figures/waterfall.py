@@ -1,4 +1,4 @@
-"""Spectra of a run over its time."""
+"""Spectra of a run as they change over time."""
 
 from __future__ import annotations
 

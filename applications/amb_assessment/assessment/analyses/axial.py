@@ -44,7 +44,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     cases = load_cases(subject)
     measured += _measured(subject, cases)
     beyond = [f"{load:.4g} N" for load in static_forces(subject)[1]]
-    notes = [f"The bearing cannot carry {' and '.join(beyond)}, so there is no loop."] if beyond else []
+    notes = [f"The bearing cannot carry {' and '.join(beyond)}, so no loop was computed there."] if beyond else []
     rows = tuple(_row(case) for case in cases)
     tables = (ResultTable("The axial loop under the static forces that it carries", HEADS, rows),) if rows else ()
     return AnalysisResult(tuple(measured), (), tables, (*notes, *_notes(subject, bearing, weight)))
@@ -133,9 +133,9 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
     low, high = bearing.thrusts
     thrust = f"{low:.4g} N" if low == high else f"{low:.4g} to {high:.4g} N"
     first = (
-        f"The rotor is rigid along its axis, {subject.rotor.mass:.4g} kg. Thrust {thrust} along z, weight along z "
-        f"{weight:.4g} N. The loop is sampled every {sample_time:g} s; the delay of the demands is {delay:g} sample "
-        f"times."
+        f"The rotor is rigid along its axis; its mass is {subject.rotor.mass:.4g} kg. The thrust along z is {thrust}; "
+        f"the weight along z is {weight:.4g} N. The loop is sampled every {sample_time:g} s; the delay of the demands "
+        f"is {delay:g} sample times."
     )
     if bearing.corner is None:
         iron = "The iron is assumed to be laminated, without eddy currents. A solid disc always has them."

@@ -56,8 +56,9 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
             f"{half}: faster vibrations are listed at the frequency of the rotor's mode, but control sees their alias."
         )
     notes += [
-        f"Stability: all poles, including drifts without vibration, at all speeds from 0 to {rpm(speed.tripping):.0f} "
-        "rpm; for stages without a table over speed, the coefficients at the largest speed are used."
+        "Stability is that of all poles, including drifts without vibration, at all speeds from 0 to "
+        f"{rpm(speed.tripping):.0f} rpm; for stages without a table over speed, the coefficients at the largest speed "
+        "are used."
     ]
     if subject.file.has_synchronous_control:
         notes.append("The scenario's synchronous control (rolac_enable) is off in all parts of this assessment.")
@@ -68,8 +69,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]]) -> Quantity:
     """Return the smallest logarithmic decrement of vibrations at several speeds (rad/s), and where it occurs.
 
-    If the loop is not stable, the fastest-growing pole is included. A growing drift, which does not vibrate, has the
-    value -`LARGEST`.
+    If the loop is not stable, the decrement of its fastest-growing pole is included. A growing drift, which does not
+    vibrate, has the value -`LARGEST`.
     """
     candidates = [
         (float(d), Omega, float(s.imag), float(sense))
@@ -131,7 +132,7 @@ def _panels(
         damping.append(curve(f"{at[0]:.0f} rpm", at, [lowest, MAX_DECREMENT], "dashed"))
     title = f"Logarithmic decrements, up to {MAX_DECREMENT:g}"
     if lowest <= MIN_DECREMENT:
-        title += f"; {MIN_DECREMENT:g} stands for all smaller values, including unstable ones"
+        title += f"; {MIN_DECREMENT:g} stands for all smaller values, including those of growing vibrations"
     return (
         Panel("Damped frequencies", "speed (rpm)", "Hz", tuple(frequency)),
         Panel(title, "speed (rpm)", "decrement", tuple(damping), log="y", zones=ZONES[1:], holds=(REQUIRED,)),

@@ -29,9 +29,10 @@ def growth_rates(swept: NDArray[np.object_]) -> Array:
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the decrement with the anticipated coupling, and the stability threshold.
+    """Return the decrement with the anticipated coupling, and the coupling at which the loop becomes unstable.
 
-    Both are computed at the largest speed. The threshold is a multiple of the anticipated coupling.
+    Both are computed at the largest speed. The coupling at the threshold is stated as a multiple of the anticipated
+    one.
     """
     if not subject.file.stages:
         raise ValueError("the machine file has no stages; add their data or their cross coupling")

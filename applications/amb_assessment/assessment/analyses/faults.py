@@ -49,8 +49,9 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "the "
         "times; "
         "without them, `spin.drag` determines how fast the machine runs down.",
-        "Faults occur at the largest speed, one at a time; the worst of each kind is judged. A rotor on its retainers, "
-        "or across the air gap of a magnet, counts as 100 %. The run ends if the rotor reaches an energised magnet.",
+        "Faults occur at the largest speed, one at a time; the worst of each kind is judged. A rotor that touches "
+        "its retainers, or has crossed the air gap of a magnet, counts as 100 %. The run ends if the rotor reaches an "
+        "energised magnet.",
     )
     title, at = "Displacement over clearance", f"{rpm(speed.highest):.0f} rpm"
     panels = (
@@ -81,7 +82,7 @@ def _running(subject: AssessedMachine, name: str, time: float, passed: WorstResp
         value, note = passed.with_run(passed.site, max(float(shares.max()) for shares in used.values()))
         duration = len(used[passed.site]) * float(subject.prepared.step_size)
         where = f"{name}, {passed.site} at {rpm(passed.Omega):.0f} rpm"
-        length = f"takes {time:.4g} s" if math.isfinite(time) else "takes an unknown time"
+        length = f"takes {time:.4g} s" if math.isfinite(time) else "has an unknown duration"
         line = curve(f"{name}, steady", np.linspace(0.0, duration, len(used[passed.site])), 100.0 * used[passed.site])
         return Quantity("clearance_used_running", where, value, "%", {}, f"{length}: {note}"), line
     speeds = _speeds(subject, name)
@@ -97,9 +98,10 @@ def _running(subject: AssessedMachine, name: str, time: float, passed: WorstResp
 
 
 def _speeds(subject: AssessedMachine, name: str) -> list[tuple[float, float]]:
-    """Return pairs of time, as a share of the duration, and speed (rad/s).
+    """Return pairs of a time, as a share of the duration, and the speed (rad/s) at this time.
 
-    The speed is linear in time, except in a run-down whose time is not stated: there, drag slows the rotor.
+    The speed is linear in time, except in a run-down whose duration is not stated. In such a run-down, drag slows the
+    rotor.
     """
     speed = subject.file.speed
     ends = np.array([SLOW * speed.highest, speed.tripping])
@@ -137,7 +139,7 @@ def _faults(subject: AssessedMachine) -> tuple[list[Quantity], list[tuple[str, .
 
 
 def _nearest(used: Mapping[str, Array]) -> tuple[str, float, float]:
-    """Return the site nearest to contact, its largest displacement, and the largest final one (% of clearance)."""
+    """Return the site nearest to contact, its largest displacement, and the largest at the end (% of clearance)."""
     site = max(used, key=lambda site_name: float(used[site_name].max()))
     end = max(float(shares[-max(1, len(shares) // 10) :].max()) for shares in used.values())
     return site, 100.0 * float(used[site].max()), 100.0 * end

@@ -67,12 +67,12 @@ class Landing:
 
     @property
     def is_final(self) -> bool:
-        """Whether the outcome is final, because the run failed, or the rotor whirls backward or is at rest."""
+        """Whether the outcome is final: the run failed, the rotor whirls backward, or the rotor is at rest."""
         return self.whirls_backward or self.rests or bool(self.failure)
 
     @property
     def has_ended(self) -> bool:
-        """Whether the landing is final, or the rotor rocks steadily."""
+        """Whether the outcome is final, or the rotor rocks steadily."""
         return self.is_final or self.rocks_within is not None
 
     @property
@@ -99,7 +99,7 @@ class Landing:
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the smallest friction that causes whirl, and the force, whirl, other contacts and heat of the landings."""
+    """Return the smallest friction that causes whirl, and force, whirl, other contacts and heat of all landings."""
     if not subject.retainers:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
     check_falls(subject)
@@ -177,11 +177,11 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "has also ended if the rotor then rocks steadily: in the last quarter of the time it swings to and fro by less "
         "than 90 deg, and would still do so if the swing grew for twice the time. Forces are averaged over 1 ms; these "
         "averages converge, unlike peaks within an impact. The drive remains on; it is off in the part `rest`.",
-        "Chance decides which landings whirl backward: even rounding changes the outcome. However, the friction with "
-        "which a falling rotor can roll over the top of its retainers is a property of the machine. With less than "
-        "half of this friction, none of 90 landings of four machines whirled. It must therefore be at least twice the "
-        "friction of the landings. If it is less, the landings that whirl are counted; contact elsewhere in them "
-        "changes no verdict, because the whirl itself fails its criterion.",
+        "Chance decides which landings whirl backward: even rounding changes the outcome. However, the least "
+        "friction with which a falling rotor can roll over the top of its retainers depends only on the machine. With "
+        "less than half of this friction, none of 90 landings of four machines whirled. The least friction must "
+        "therefore be at least twice the friction of the landings. Otherwise, the landings that whirl are counted; "
+        "in these landings, contact elsewhere changes no verdict, because the whirl itself fails its criterion.",
         "Retainers without mounts are rigid. The force of a rotor that rolls backward in them is unbounded: values "
         "above a thousand times the weight are meaningless.",
     )
@@ -191,7 +191,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _largest(landings: Sequence[Landing], places: Sequence[str]) -> float:
-    """Return the largest force (N) at any of the `places` in all `landings`, or 0 if either is empty."""
+    """Return the largest force (N) at any of the `places` in any landing; 0 without places or landings."""
     return max((landing.forces.get(place, 0.0) for landing in landings for place in places), default=0.0)
 
 

@@ -38,7 +38,7 @@ FORCE_STEPS, FORCE_TIME, MOST_FORCE = 50, 0.04, 1.25  # s of each, of the capaci
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the distance to contact after the power returns, and the overload that causes contact."""
+    """Return how close the rotor is to contact after the power returns, and the overload that causes contact."""
     Omega = subject.file.speed.highest
     inputs = worst_inputs(subject)
     returned = _with_power_back(without_power(subject, 1.0), WITHOUT_POWER)
@@ -62,8 +62,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     carried = _carried(subject, Omega, inputs)
     if carried:
         notes += (
-            f"The force along the shaft rises in {FORCE_STEPS} steps over {FORCE_STEPS * FORCE_TIME:g} s. With a slow "
-            "integrator, the controller carries less in this time than its magnet could.",
+            f"The force along the shaft rises in {FORCE_STEPS} steps over {FORCE_STEPS * FORCE_TIME:g} s. If the "
+            "integrator of the controller is slow, the axis carries less in this time than its magnet could.",
         )
     return AnalysisResult((_relevitation(subject, again), overload, *carried), panels, (), notes)
 
@@ -74,7 +74,7 @@ def _with_power_back(lost: Mapping[str, Any], after: float) -> dict[str, Any]:
 
 
 def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
-    """Return the share of the clearance that the rotor uses at the end of the run, after the power has returned."""
+    """Return the displacement relative to the clearance at the end of the run, after the power has returned."""
     used = clearance_used(subject, again)
     last = {site: float(shares[-max(1, len(shares) // 10) :].max()) for site, shares in used.items()}
     site = max(last, key=lambda site_name: last[site_name])
@@ -90,7 +90,7 @@ def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
 
 
 def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, Result]:
-    """Return the smallest base acceleration, in g, at which the rotor touches anything, and the run."""
+    """Return the smallest base acceleration, in g, at which the rotor touches anything, and its run."""
     runs = [_rising(subject, Omega, inputs, axis, sign) for axis in subject.directions_of_contact for sign in "+-"]
     *_, overload, run = min(runs, key=lambda rising: rising[:2])
     return overload, run
@@ -123,8 +123,9 @@ def _stepped(
     """Return a run in which an input of the rotor takes the `values` in turn, and data on the first contact.
 
     The input takes its next value every `each` seconds, starting after `each` seconds. Besides the run, the function
-    returns the place that the rotor touches first, the largest displacement relative to the clearance, and the number
-    of the value that acts at contact, counted from 1. Without contact, the place is empty and the number is None.
+    returns the place that the rotor touches first, the largest displacement relative to the clearance, and the position
+    in `values`, counted from 1, of the value that acts at contact. Without contact, the place is empty and the position
+    is None.
     """
     events = [{"time": k * each, "set": {PLANT: {name: float(value)}}} for k, value in enumerate(values, 1)]
     end = (len(values) + 1) * each
@@ -144,8 +145,8 @@ def _rising(
 ) -> tuple[float, float, Quantity, Result]:
     """Return the base acceleration along an axis, in g, at which the rotor first touches anything.
 
-    Besides this acceleration, the function returns the negative of the largest displacement relative to the clearance,
-    the acceleration as a `Quantity`, and the run.
+    The function also returns the largest displacement relative to the clearance, with a negative sign, the acceleration
+    as a `Quantity`, and the run.
     """
     levels: Array = OVERLOAD_STEP * np.arange(1.0, round(MOST / OVERLOAD_STEP) + 1.0)
     accelerations = float(f"{sign}1") * STANDARD_GRAVITY * levels

@@ -54,7 +54,7 @@ STEADY_SWING = 0.7  # of the swing in the shorter run, below which rocking decay
 
 @dataclass(frozen=True)
 class CoastDown:
-    """The remaining run-down: time of standstill (s), and friction heat (J) at the retainers until then."""
+    """The remaining run-down: time until standstill (s), and friction heat (J) at the retainers until then."""
 
     time: float
     heat: float
@@ -67,14 +67,14 @@ class Outlook:
     standstill
         Time of standstill (s), or infinity if friction does not slow the rotor.
     swing
-        Swing of steady rocking (deg); 0 if the rotor is at rest, and None for any other motion.
+        Angle within which the rotor rocks steadily (deg); 0 if it is at rest, and None for any other motion.
     """
 
     standstill: float
     swing: float | None
 
     def is_that_of(self, before: Outlook) -> bool:
-        """Return whether a shorter run predicted the same standstill, and a swing that has not decayed since."""
+        """Return whether a shorter run predicted this time of standstill and a swing that has not decayed since."""
         if self.swing is None or before.swing is None or self.swing < STEADY_SWING * before.swing:
             return False
         return math.isclose(self.standstill, before.standstill, rel_tol=SAME_TIME)
@@ -106,11 +106,11 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     heads = ("place", "free (s)", "sliding (s)", "rolling (s)", "whirl", "heat (J)", "temperature (°C)")
     rows = tuple((site, *_texts(result)) for site, result in touchdown.retainers.items())
     notes = (
-        f"From {rpm(Omega):.0f} rpm with friction {FRICTION:g}, drive off and free spin. The rotor is at "
-        f"rest if it stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run "
-        f"ends "
+        f"The run starts at {rpm(Omega):.0f} rpm with friction {FRICTION:g}; the drive is off, so the spin "
+        f"is free. The rotor is at rest if it stays in its retainers within 5 % of the clearance until the run ends; "
+        f"it may rotate. The run ends "
         f"at {100.0 * STOPPED:g} % of the initial speed, or after {longest(subject, LONGEST, MOST_STEPS):.4g} s at the "
-        f"latest. It ends earlier if the rotor would turn beyond that time and a run of half the duration "
+        f"latest. The run ends earlier if the rotor would turn beyond that time and a run of half the duration "
         f"predicted the "
         f"same standstill within {100.0 * SAME_TIME:g} % and the same rest or steady rocking.",
         "In addition to friction, the machine's drag brakes the rotor: spin.drag (gas, windage), race_drag and "
@@ -124,7 +124,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 def _fall(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]) -> Result:
     """Return a run after a loss of power.
 
-    It ends at standstill, when a longer run would only confirm its prediction, or after the longest allowed time.
+    The run ends at standstill, after the longest allowed time, or as soon as a longer run would only confirm its
+    prediction.
     """
     fields, most = _without_drive(subject, Omega, lost), longest(subject, LONGEST, MOST_STEPS)
     duration, end, before = min(FIRST, most), None, None
@@ -200,7 +201,7 @@ def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> Coas
 
 
 def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speeds: Array) -> Iterator[Quantity]:
-    """Yield the times and heats of a fall, and the largest temperature of any retainer with a known heat capacity."""
+    """Yield the times until rest and until standstill, the heat, and, if known, the largest retainer temperature."""
     end, sites = float(times[-1]), touchdown.retainers
     where, rest = f"in {end:.4g} s without power", touchdown.rest_after
     rocking = "" if touchdown.rocks_within is None else f"; it swings up to {touchdown.rocks_within:.2g} deg"
@@ -275,7 +276,7 @@ def _warmed(subject: AssessedMachine, site: str) -> str:
 
 
 def _without_temperature(touchdown: Touchdown) -> tuple[str, ...]:
-    """Return a note on the retainers that have no temperature because their heat capacity is unknown."""
+    """Return a note on the retainers whose temperature was not computed because their heat capacity is unknown."""
     names = [site for site, result in touchdown.retainers.items() if result.temperature is None]
     if not names:
         return ()
@@ -296,9 +297,9 @@ def _number(value: float | None) -> str:
 def _convergence(
     subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
 ) -> list[Quantity]:
-    """Return the change of the largest averaged force with twice the modes, or nothing if the rotor has no more modes.
+    """Return the change of the largest averaged force due to twice the modes; empty if there are no more modes.
 
-    In a backward whirl, the force depends on chance, so it varies just as much between runs with the same modes.
+    In a backward whirl, the force depends on chance: two runs with the same modes differ just as much.
     """
     retained, most = elastic_shapes(subject.rotor)
     more = min(max(2 * retained, FEWEST), most)

@@ -92,13 +92,13 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def sensitivity_varied(where: str, peak: float, is_stable: bool) -> Quantity:
-    """Return the sensitivity of a corner, which is unbounded for an unstable loop; `peak` is then `NO_SENSITIVITY`."""
+    """Return the sensitivity at a corner of the tolerances; for an unstable loop, `peak` is `NO_SENSITIVITY`."""
     note, shown = ("", "") if is_stable else (UNSTABLE_CORNER, NO_BOUND)
     return Quantity("sensitivity_varied", where, peak, "1", {}, note, shown=shown)
 
 
 def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:
-    """Return the nominal machine and all corners of its tolerances, each by a name that states the changes."""
+    """Return the nominal machine and all corners of its tolerances; the name of each corner states its changes."""
     result = {"nominal": MachineVariation()}
     gaps = (-tolerances.gap, tolerances.gap) if tolerances.gap else (0.0,)
     for i, s, g, m in product((-1, 1), (-1, 1), gaps, (-1, 1)):
@@ -110,7 +110,7 @@ def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:
 
 
 def largest_over(loop: Loop, by_speed: Mapping[float, Sequence[AxisPeaks]]) -> tuple[float, str]:
-    """Return the largest sensitivity peak in `by_speed` (keys in rad/s), up to half the sample rate, and its place."""
+    """Return the largest peak in `by_speed` (keys in rad/s), up to half the sample rate, and where it occurs."""
     peaks = (
         (*max(axis.peaks), name, Omega)
         for Omega, axes in by_speed.items()

@@ -49,7 +49,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     for name, axis in study.axes.items():
         hz = axis.peak_frequency
         where = f"{name}, {hz:.1f} Hz at {rpm(speed.highest):.0f} rpm"
-        note = f"{100.0 * axis.largest_difference:.2g} % largest deviation from the curve of the co-simulated system"
+        note = f"at most {100.0 * axis.largest_difference:.2g} % from the computed curve of the co-simulated system"
         measured.append(Quantity("sensitivity_measured", where, axis.measured_peak, "1", {"frequency": hz}, note))
     note = (
         f"Amplifiers are {study.amplifier}. The delay of the demands is {study.delay:g} times the sample time. Zones "
@@ -85,7 +85,7 @@ def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
 
 
 def sensitivities_over(subject: AssessedMachine, loop: Loop) -> dict[float, list[AxisPeaks]]:
-    """Return the `sensitivities` of a loop by operating speed (rad/s), with more speeds near the highest peaks."""
+    """Return the `sensitivities` of a loop by operating speed (rad/s), with closer speeds near the highest peaks."""
     speed = subject.file.speed
     by_speed: dict[float, list[AxisPeaks]] = {}
 

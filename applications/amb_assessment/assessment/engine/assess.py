@@ -1,4 +1,4 @@
-"""Assessment of a machine: each part is computed separately and judged by criteria, and a failed part states why."""
+"""Assessment of a machine: each part is computed separately and judged by criteria; a failed part states its reason."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from amb_files.suggestions import suggest
 
 
 class Needs(IntEnum):
-    """Requirements of an analysis; each value includes all values before it."""
+    """Requirements of an analysis; each value implies all values before it."""
 
     NOTHING, STABLE_LOOP, CONTACT_SITES = range(3)
 
@@ -107,7 +107,7 @@ class PartResult:
 
 @dataclass(frozen=True)
 class Assessment:
-    """Results of a machine, judged by its criteria, and the warnings that a run of this machine would report.
+    """The results for a machine, judged by its criteria, and the warnings that a run of this machine would print.
 
     `own` contains the criteria from files that are not packaged.
     """
@@ -151,7 +151,7 @@ class Assessment:
 
     @property
     def undecided(self) -> dict[str, str]:
-        """The unanswered criteria, none of whose cases failed, and the reason for each."""
+        """The criteria that are unanswered in some case but failed in none, and the reason for each."""
         unanswered = [item for item in self.findings if item.verdict is Judgement.UNANSWERED]
         verdicts = by_criterion(self.findings)
         return self.unmeasured | {
@@ -162,7 +162,7 @@ class Assessment:
 
     @property
     def unevaluated(self) -> dict[str, str]:
-        """Criteria without a verdict, and the reason for each: a formula, an unstable loop, or a missing quantity."""
+        """Criteria without a verdict, and why: the formula fails, a loop is unstable, or the quantity is missing."""
         return self.unmeasured | {
             finding.criterion.key: finding.reason
             for finding in self.findings
@@ -279,9 +279,9 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> AssessedMac
     Raises
     ------
     ValueError
-        If the machine's components do not match, it begins with a fault, it has fewer than two magnetic bearings under
-        a controller, or it is tilted without gravity. The error is also raised if a stage or the thrust bearing is not
-        at a part of the rotor, or if the thrust bearing's controller is wrong.
+        If the machine's components do not match, if the machine begins with a fault, if it has fewer than two
+        controlled magnetic bearings, or if it is tilted without gravity. The error is also raised if a stage or the
+        thrust bearing is not at a part of the rotor, or if the thrust bearing's controller is wrong.
     """
     if file.shaft_tilt and not file.axial_gravity:
         raise ValueError(

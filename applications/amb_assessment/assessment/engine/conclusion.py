@@ -56,7 +56,7 @@ def conclusion_of(
 
 
 def failures(findings: Sequence[Finding]) -> list[tuple[Finding, str]]:
-    """Return the worst case of each failed criterion and the sentence that describes it, in order of the findings."""
+    """Return the worst case of each failed criterion and a sentence that describes it, in the order of the findings."""
     cases: dict[str, list[Finding]] = {}
     for finding in findings:
         if finding.criterion is not None and finding.verdict is Judgement.FAILED:

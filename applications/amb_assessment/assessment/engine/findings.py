@@ -54,14 +54,14 @@ class Finding:
 
     @property
     def excess(self) -> float:
-        """Distance by which the value is beyond the limit, in the unit of both; negative if it is within the limit."""
+        """Amount by which the value misses the limit, in their common unit; negative if the limit is met."""
         if self.criterion is None or self.limit is None:
             return -math.inf
         return (self.measured.value - self.limit) * (1.0 if self.criterion.relation == "below" else -1.0)
 
     @property
     def sentence(self) -> str:
-        """The failure of a criterion as a sentence, with the number and the limit."""
+        """A sentence that states which criterion failed, with the value and the limit."""
         if self.criterion is None or not self.criterion.failure:
             what = self.measured.title if self.criterion is None else self.criterion.what
             return f"{what}: {self.value_text} ({self.limit_text}), {self.measured.where}"
@@ -86,7 +86,7 @@ class Finding:
 
     @property
     def _number_with_unit(self) -> str:
-        """The value with its unit; a failed value has enough digits to differ from its limit."""
+        """The value with its unit; if the criterion failed, the value has enough digits to differ from the limit."""
         value, unit, limit = self.measured.value, self.measured.unit, self.limit
         if self.measured.shown:
             return self.measured.shown

@@ -53,9 +53,9 @@ class Criterion(Table):
         Source of the limit, and how reliable the source is. If no source is known, `known` is `missing` and the
         criterion has no limit, so the quantity is reported without a verdict.
     failure
-        Sentence that is shown if the criterion fails. In it, `{value}`, `{limit}`, `{where}`, `{zone}` and variables of
-        formulas in braces are replaced by texts. By default, the sentence contains `what`, the value, the limit and the
-        place.
+        Sentence that is shown if the criterion fails. In this sentence, `{value}`, `{limit}`, `{where}`, `{zone}` and
+        variables of formulas in braces are replaced by texts. By default, the sentence contains `what`, the value, the
+        limit and the place.
     advice
         Advice that is shown if the criterion fails.
     """

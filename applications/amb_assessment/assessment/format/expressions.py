@@ -87,7 +87,7 @@ def _parsed(formula: str) -> ast.Expression:
 
 
 def _value(node: ast.AST, values: Mapping[str, float]) -> Any:
-    """Return the value of a part of a formula; NaN is an error, because min, max and comparisons may hide it."""
+    """Return the value of a part of a formula; NaN is an error, because min, max or a comparison could hide it."""
 
     def number_of(inner: ast.AST) -> Any:
         value = _value(inner, values)

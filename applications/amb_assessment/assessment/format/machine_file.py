@@ -118,7 +118,7 @@ class Balancing(Table):
 
 
 class CompressorStage(Table):
-    """A stage that drives whirl, described by the rotor part `at` which it acts and by either its data or its coupling.
+    """A stage that drives whirl; it acts at the rotor part `at`, and is described by its data or by its coupling.
 
     kind, power, diameter, width, density_ratio
         Kind (centrifugal or axial); power; diameter of the impeller, or pitch diameter of the blades; smallest width of
@@ -174,7 +174,7 @@ class CompressorStage(Table):
         return P * B * 9.55 / (D * H * Omega * RPM)
 
     def level_two(self, Omega: float) -> float:
-        """Return the cross-coupled stiffness (N/m) for level II, or (K_xy - K_yx)/2 of the `coefficients`, if any."""
+        """Return the cross-coupled stiffness (N/m) for level II, which is (K_xy - K_yx)/2 for given `coefficients`."""
         result = self.coefficients()
         if result is not None:
             K = result.at(Omega)[0]
@@ -288,7 +288,7 @@ class MachineFile(Table):
         return bool(self._scenario_data().get("inputs", {}).get(CONTROLLER, {}).get("rolac_enable"))
 
     def as_scenario(self, Omega: float, **fields: Any) -> Scenario:
-        """Return a scenario at a speed (rad/s) that, unless `fields` differ, lasts one second and does not settle."""
+        """Return a scenario at a speed (rad/s); by default, it lasts one second and has no settling time."""
         data = self._scenario_data()
         if self.controller is not None:
             data = overlaid(data, {"fmu": {CONTROLLER: self.controller}})
@@ -299,7 +299,7 @@ class MachineFile(Table):
 
     @cached_property
     def _iron(self) -> dict[str, Value]:
-        """The actuator's parameter for eddy currents in the thrust bearing, if the rotor moves along its shaft."""
+        """Parameter of the actuator for eddy currents in the thrust bearing; empty unless the rotor moves along z."""
         bearing, rotor = self.thrust_bearing, self._scenario_data().get("rotor")
         corner = None if bearing is None else bearing.corner
         thrust = "" if corner is None or rotor is None else load_rotor(rotor).thrust

@@ -11,9 +11,9 @@ from amb_cosim.presentation.units import column_in_chosen_units
 
 
 class Declaration(NamedTuple):
-    """A quantity: its unit, the variables that it adds to those of the machine in formulas, and its title on the page.
+    """A quantity: its unit, the variables that it provides to formulas besides those of the machine, and its title.
 
-    Without a title, the page shows the quantity's name, with spaces instead of underscores.
+    If the title is empty, the page shows the quantity's name, with spaces instead of underscores.
     """
 
     unit: str

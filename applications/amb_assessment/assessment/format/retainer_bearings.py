@@ -119,7 +119,7 @@ class RetainerBearing(Table):
         return 1e-6 * self.bearing.pressure(self.bearing.largest_load(force, axial))
 
     def equivalent_load(self, force: float, axial: float = 0.0) -> float:
-        """Return the purely radial force (N) that loads the most loaded ball equally, in a bearing without clearance.
+        """Return the radial force (N) that, alone and without clearance, causes the same load on the most loaded ball.
 
         By definition, this is the equivalent static load of ISO 76.
         """
@@ -172,7 +172,7 @@ def check_sites(bearings: Iterable[RetainerBearing], sites: Iterable[str]) -> No
 
 
 def load_panels(loaded: Sequence[tuple[RetainerBearing, float, float]]) -> tuple[Panel, ...]:
-    """Return a plot of the bearings' displacement over force (N), up to the largest of their ratings and forces."""
+    """Return a plot of the bearings' displacement against force (N), up to the largest of their ratings and forces."""
     if not loaded:
         return ()
     most = max(max(force, item.rating) for item, force, _ in loaded)

@@ -88,7 +88,7 @@ class ThrustBearing(Table):
     pole_area, gap, turns, bias_current, current_limit, saturation
         As for `ThrustDisc`.
     k_i, k_s, capacity
-        Constants K_i and K_s of a data sheet, and the largest static force. They replace the geometry.
+        Constants K_i and K_s of a data sheet, and the largest static force. These three values replace the geometry.
     iron
         Solid iron of the core and the disc; by default, both are laminated.
     """
@@ -127,7 +127,7 @@ class ThrustBearing(Table):
             omega_b, (low, high) = self.amplifier_bandwidth, self.thrusts
             require(0.0 < omega_b < math.inf, "bandwidth", f"{omega_b:g} rad/s", "> 0 rad/s")
             slowest = math.inf if self.corner is None else self.corner
-            allowed = f">= {LEAST_CORNER:.3g} rad/s (1 Hz); a bearing with such a lag cannot work"
+            allowed = f">= {LEAST_CORNER:.3g} rad/s (1 Hz); a bearing with a slower lag cannot work"
             require(slowest >= LEAST_CORNER, "corner of the eddy currents", f"{slowest:.3g} rad/s", allowed)
             require(-math.inf < low <= high < math.inf, "thrust", f"{low:g} to {high:g} N", "finite, ascending")
         except ValueError as error:
@@ -155,7 +155,7 @@ class ThrustBearing(Table):
         return low, high
 
     def loads(self, weight: float) -> tuple[float, ...]:
-        """Return the static forces (N) of the bearing on the rotor that balance each thrust and the weight along z."""
+        """Return the static forces (N) with which the bearing balances the weight along z and, in turn, each thrust."""
         return tuple(dict.fromkeys(0.0 - (thrust + weight) for thrust in self.thrusts))
 
     @property
@@ -219,7 +219,7 @@ class ThrustBearing(Table):
         return AxialLoop(plant, *control)
 
     def moment_stiffness(self, load: float = 0.0) -> float:
-        """Return the moment per tilt of the disc (N m/rad) under a static force (N); a positive moment destabilises."""
+        """Return the moment per tilt of the disc (N m/rad) under a static force (N); if positive, it destabilises."""
         return moment_stiffness(self.bearing.operating_point(load).k_s, self.bearing.rings)
 
     def largest_moment_stiffness(self, weight: float) -> float:

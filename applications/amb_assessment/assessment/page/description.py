@@ -97,7 +97,7 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
     )
     criteria_line = f"{len(criteria)} criteria, {unread(criteria)} of them written without access to the standard"
     if not across and not along:
-        criteria_line += "; the machine has no gravity, so nothing lands"
+        criteria_line += "; the machine has no gravity, so its rotor cannot land"
     if along:
         criteria_line += (
             f"; {abs(along) * rotor.mass:.4g} N of the weight act along the shaft, and no radial bearing carries them"
@@ -139,8 +139,8 @@ def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
 def inductance_doubt(axis: str, value: float, gap_inductance: float) -> list[str]:
     """Return a warning if an inductance (mH) and the one computed from the gap differ by more than a factor `LEAKAGE`.
 
-    Leakage and iron cause smaller differences. Larger differences are caused by a missing unit or by the data of
-    another magnet.
+    Leakage and iron cause smaller differences. A larger difference suggests that a unit is missing or that the data
+    belong to another magnet.
     """
     if gap_inductance / LEAKAGE <= value <= gap_inductance * LEAKAGE:
         return []

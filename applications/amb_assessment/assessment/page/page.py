@@ -26,7 +26,7 @@ PAGE, DATA = "assessment.html", "assessment.json"
 
 
 def write_assessment(assessment: Assessment, folder: Path) -> Path:
-    """Write the data and the page into a folder, each atomically, and return the path of the page."""
+    """Write the data file and the page atomically into a folder, and return the path of the page."""
     text, data = page(assessment), json.dumps(assessment.as_dict(), indent=1, allow_nan=False) + "\n"
     folder.mkdir(parents=True, exist_ok=True)
     write_file(plain_file(folder, DATA), data)
@@ -69,7 +69,7 @@ def _sentences(*texts: str) -> str:
 
 
 def _with_code(text: str) -> Markup:
-    """Return a text, in which backticks mark code, as HTML with numbers in the chosen units."""
+    """Convert a text to HTML: backticks mark code, and numbers are shown in the chosen units."""
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(convert_units_in_text(text)))))
 
 

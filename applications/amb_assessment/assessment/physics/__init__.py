@@ -1,1 +1,1 @@
-"""How does the machine behave in each state that analyses look at?"""
+"""How does the machine behave in the states that the analyses examine?"""

@@ -65,7 +65,7 @@ class AssessedMachine(Machine):
 
     @cached_property
     def controlled_axes(self) -> tuple[tuple[str, str], ...]:
-        """The axes of the loop, including the axis along the shaft only if faces stop the motion along it."""
+        """The axes of the loop; the axis along the shaft is included only if faces stop the motion along it."""
         return self.loop.axes if self.rotor.faces else self.loop.lateral_axes
 
     @property
@@ -100,7 +100,7 @@ class AssessedMachine(Machine):
         if named is not None and channel is not None and named.differs_from(channel):
             raise ValueError(
                 f"controller {self.file.thrust_bearing.controller} of the thrust bearing differs from the axis along "
-                "the shaft of the machine's controller; leave it out, so that the latter is assessed"
+                "the shaft of the machine's controller; omit the file, so that the axis is assessed"
             )
         control = named or channel
         assert control is not None
@@ -128,7 +128,7 @@ class AssessedMachine(Machine):
 
     @property
     def lands_on(self) -> tuple[str, ...]:
-        """The retainers, and the faces that stop a fall along the shaft."""
+        """The retainers, and the faces, which stop motion along the shaft."""
         return (*self.retainers, *(face.name for face in self.rotor.faces))
 
     @cached_property
@@ -149,7 +149,7 @@ class AssessedMachine(Machine):
         return (*self.retainers, *gaps) if self.retainers else tuple(self.clearances)
 
     def nearest(self, shares: Mapping[str, float]) -> list[str]:
-        """Return the places to judge: a magnet's air gap if its share is the largest, otherwise the magnet's retainers.
+        """Return the places to judge: of each magnet, the air gap if its share is the largest, otherwise the retainers.
 
         Parameters
         ----------

@@ -40,7 +40,7 @@ class LoadCase:
 
     @cached_property
     def sensitivity(self) -> tuple[Array, Array]:
-        """Frequencies (Hz) up to the 2 kHz of ISO 14839-3, and |S| at these frequencies, for a stable loop only."""
+        """Frequencies (Hz) up to the 2 kHz of ISO 14839-3, and |S| at these; valid only for a stable loop."""
         return self._bands[0]
 
     @property
@@ -84,8 +84,8 @@ def weight_along_z(subject: AssessedMachine) -> float:
 def static_forces(subject: AssessedMachine) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the static forces (N) that the bearing can carry, and the static forces beyond its capacity.
 
-    The first two forces balance the smallest and the largest thrust. The third is the force of least magnitude between
-    these two, because the negative stiffness of the bearing is smallest there.
+    Together, the two results contain at most three forces. Two of them balance the smallest and the largest thrust. The
+    third is the force of least magnitude between these two, at which the negative stiffness of the bearing is smallest.
     """
     bearing = thrust_bearing_of(subject)
     ends = bearing.loads(weight_along_z(subject))

@@ -37,7 +37,7 @@ def clearances(subject: AssessedMachine) -> Array:
 
 
 def carried_masses(subject: AssessedMachine) -> dict[str, float]:
-    """Return the largest mass (kg) of a lying rotor that each retainer carries, or 0 if the rotor does not reach it."""
+    """Return the largest mass (kg) that each retainer carries when the rotor lies; 0 for one that it cannot reach."""
     result = dict.fromkeys(subject.retainers, 0.0)
     for lying in lying_on(subject) if result else ():
         for k, mass in zip(lying.at, lying.mass.tolist(), strict=True):
@@ -50,8 +50,9 @@ def lying_on(subject: AssessedMachine) -> list[LyingOn]:
 
     A rotor lies on two retainers if each carries a share by the lever rule, and the line through both journals at their
     lowest points reaches no other retainer. If no pair meets this condition, for example because the centre of mass is
-    beyond the retainers, every pair counts. A single retainer carries the smallest of its shares in the pairs, or the
-    whole mass if there are no pairs. Without gravity across the shaft, the journals may lean to any side.
+    beyond the retainers, every pair counts. If the rotor whirls in a single retainer, this retainer carries the
+    smallest of its shares in the pairs, or the whole mass if there are no pairs. Without gravity across the shaft, the
+    journals may lean to any side.
     """
     c, p = clearances(subject), subject.parameters[PLANT]
     offset = np.array([complex(*(p[f"{site}.offset_{axis}"] for axis in "xy")) for site in subject.retainers])

@@ -82,10 +82,10 @@ class WorstResponse:
         return self.shares[self.site]
 
     def with_run(self, site: str, simulated: float) -> tuple[float, str]:
-        """Return the larger of the steady and the simulated displacement at a site (% of clearance), and both in words.
+        """Return the larger of steady and simulated displacement at a site (% of clearance), and a note on both.
 
         The steady displacement is included because a short run may not reach it. It is limited to the clearance,
-        because the rotor moves no further in its retainers.
+        because the retainers stop the rotor there.
         """
         steady = min(self.shares[site], 1.0)
         note = f"steady response {100.0 * steady:.3g} %, simulated {100.0 * simulated:.3g} %"
@@ -93,7 +93,7 @@ class WorstResponse:
 
 
 def planes_of_unbalance(subject: AssessedMachine) -> dict[str, int]:
-    """Return the nodes at which the co-simulated rotor can have unbalance (disc planes and bearings), by name."""
+    """Return, by name, the nodes of disc planes and bearings, where the co-simulated rotor can have unbalance."""
     return {part.name: part.node for part in (*subject.rotor.bearings, *subject.rotor.discs)}
 
 
@@ -102,7 +102,7 @@ def placed_unbalances(subject: AssessedMachine) -> list[PlacedUnbalance]:
 
     Each lobe of a mode shape receives a share in proportion to its modal mass, at the plane in this lobe where the
     shape is largest. If a lobe contains no plane, its share is distributed to the other lobes in proportion to their
-    shares. Therefore, the total is always placed, and no part cancels another.
+    shares. Therefore, the whole unbalance is always placed, and no part of it cancels another.
     """
     planes, total = planes_of_unbalance(subject), subject.unbalance_of_grade()
     result = []
@@ -153,7 +153,7 @@ def worst_inputs(subject: AssessedMachine) -> dict[str, float]:
 
 
 def steady_vibration(subject: AssessedMachine, response: WorstResponse) -> dict[str, Array]:
-    """Return the displacement relative to the clearance, by site, in a run with a response's speed and unbalance.
+    """Return, by site, the displacement relative to the clearance in a run at the speed and unbalance of a response.
 
     The run includes sensor noise and converter resolution.
     """
@@ -224,7 +224,7 @@ def simulate(
 
 
 def end_of(result: Result) -> Checkpoint | None:
-    """Return the saved end of a run that `goes_on`; None if an FMU cannot save its state or the run ended early."""
+    """Return the state saved at the end of a run that `goes_on`; None if it ended early or an FMU cannot save it."""
     return next(iter(result.checkpoints.values()), None)
 
 
@@ -259,8 +259,8 @@ def clearance_used(subject: AssessedMachine, result: Result) -> dict[str, Array]
     """Return the displacement relative to the clearance at every place that the rotor can touch, from cycle 0 on.
 
     This ratio is taken at the recorded samples, and it is at least 1 at the end of a step in which the rotor touches
-    the place. At a face, it describes the displacement along the shaft, and it is 0 if the rotor moves away from the
-    face.
+    the place. At a face, the ratio describes the displacement along the shaft, and it is 0 if the rotor moves away from
+    the face.
     """
     signals, used = result.signals, {}
     has_settled = _recorded(result) >= 0.0
@@ -286,7 +286,7 @@ def _recorded(result: Result) -> Array:
 
 
 def without_power(subject: AssessedMachine, cycle: float, friction: float = FRICTION) -> dict[str, Any]:
-    """Return the fields of a scenario in which all amplifiers lose power at a cycle and the coils then discharge.
+    """Return the fields of a scenario in which all amplifiers lose power at the given cycle and the coils discharge.
 
     `friction` is the friction coefficient of all contacts.
     """
@@ -311,7 +311,7 @@ def check_falls(subject: AssessedMachine) -> None:
 
 
 def upright(subject: AssessedMachine) -> str:
-    """Return why a landing is not realistic if an upright machine has nothing that stops its fall; otherwise ""."""
+    """Return why landings are not realistic for an upright machine that no face stops; otherwise ""."""
     if subject.gravity_across or not subject.file.axial_gravity or subject.falls_onto_a_face:
         return ""
     return "gravity acts only along the shaft, and the rotor file has no [[faces]] to stop the fall"

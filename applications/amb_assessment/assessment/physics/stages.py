@@ -1,10 +1,10 @@
 """The stages of a machine, as coefficients of its linear models, and as seals of the rotor in co-simulations.
 
-The tilt stiffness of the thrust disc is treated in the same way, but it exists only while the magnets have power.
-Therefore, it acts in the linear models of the levitated rotor, but in co-simulations only if the magnets have power
-throughout.
+The tilt stiffness of the thrust disc is modelled in the same way, but it exists only while the magnets have power.
+Therefore, it is part of the linear models of the levitated rotor. Co-simulations include it only if the magnets have
+power throughout.
 
-The mass matrix of a plant does not depend on the speed, so the mass of a stage is that at the machine's largest speed.
+The mass matrix of a plant does not depend on the speed, so it uses the mass of a stage at the machine's largest speed.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def real_coefficients(subject: AssessedMachine) -> tuple[Bearing, ...]:
 
 
 def with_tables(subject: AssessedMachine, speeds: Array) -> Array:
-    """Return ascending `speeds` (rad/s), and between them the speeds in the tables of controller, seals and stages."""
+    """Return `speeds` (rad/s, ascending) and the speeds between them in the tables of controller, seals and stages."""
     return with_samples(speeds, [*subject.table_speeds, *table_speeds(real_coefficients(subject))])
 
 

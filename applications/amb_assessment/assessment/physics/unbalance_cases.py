@@ -44,10 +44,10 @@ class UnbalanceCase:
 
 
 def unbalance_cases(subject: AssessedMachine) -> list[UnbalanceCase]:
-    """Return a case for each mode whose undamped critical speed is at most 1.5 times the trip speed, but at least two.
+    """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, and at least two.
 
     The mode shapes are those of the rotor on its bearings, with their stiffness at the largest speed and without seals.
-    If this stiffness differs along x and y, there are separate cases for each direction.
+    If this stiffness differs between x and y, each direction has its own cases.
     """
     speed = subject.file.speed
     directions = directional_stiffness(subject, np.array([speed.highest]))

@@ -1,7 +1,7 @@
 """The smallest friction coefficient that drives an unpowered machine into whirl.
 
-A rotor with gravity across its shaft swings over the top of its retainers into backward whirl. An upright rotor rests
-on a face, where friction makes the whirl grow until the race below the face follows.
+With gravity across its shaft, a rotor enters backward whirl by swinging over the top of its retainers. An upright rotor
+rests on a face, where friction makes the whirl grow until the race below the face turns with the rotor.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ MARGIN = 2.0  # of this friction over that of landings, as in the criteria; abov
 def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
     """Return the smallest friction coefficient that causes whirl at any speed up to the trip speed.
 
-    It applies to one or two retainers (`swing`), or to the face on which an upright rotor stands (`face_whirl`).
+    The whirl is in one or two retainers (`swing`) or, for an upright rotor, on the face on which it stands
+    (`face_whirl`).
 
     Parameters
     ----------
@@ -71,15 +72,16 @@ def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
         for factor in (1.0, UNKNOWN, 1.0 / UNKNOWN)
     )
     note = (
-        "friction at which whirl grows twentyfold before the race follows; the stiffness of the face has not been "
-        f"measured: with {UNKNOWN:g} times this stiffness the value is {stiffer:.3g}, with a third of it {softer:.3g}"
+        "friction at which whirl grows twentyfold before the race turns with it; the stiffness of the face has not "
+        f"been measured: with {UNKNOWN:g} times this stiffness the value is {stiffer:.3g}, with a third of it "
+        f"{softer:.3g}"
     )
     return Quantity("whirl_friction", where, value, "1", {"stiffer": stiffer}, note)
 
 
 def _least_friction(subject: AssessedMachine) -> Quantity:
     if not subject.gravity_across and subject.file.axial_gravity:
-        note = "gravity acts only along the shaft, so no fall passes over the top of the retainers"
+        note = "gravity acts only along the shaft, so the rotor cannot swing over the top of its retainers"
         return Quantity("whirl_friction", "upright", MOST, "1", note=note, chaotic=note)
     highest = subject.file.speed.tripping
     scenario = co_simulated(subject, subject.file.speed.highest)
@@ -119,7 +121,7 @@ def chance(least: Quantity) -> str:
         return ""
     return (
         f"friction of {friction:g} is more than half of the {least.value:.3g} that drives a landing into whirl, "
-        "so each landing depends on chance"
+        "so the outcome of each landing depends on chance"
     )
 
 

@@ -210,7 +210,7 @@ export class Session {
    * @param {number} acceleration rad/s2
    */
   speedUp(speed, acceleration) {
-    if (!(speed > 0)) { throw new Error(`Omega = ${speed} rad/s is not allowed; it must be > 0 rad/s, because cycles count its revolutions`); }
+    if (!(speed > 0)) { throw new Error(`Omega = ${speed} rad/s is not allowed; it must be > 0 rad/s, because cycles count revolutions`); }
     if (!(acceleration > 0)) { throw new Error(`acceleration = ${acceleration} rad/s2 is not allowed; it must be > 0 rad/s2`); }
     this.run.tryOut({ Omega: speed });
     this.addPiece(speed, acceleration);

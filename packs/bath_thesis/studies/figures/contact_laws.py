@@ -10,5 +10,5 @@ from bath_thesis.studies.contact_hysteresis import ContactLaws
 
 
 def draw(result: ContactLaws) -> Figure:
-    """Draw force over penetration for each law."""
+    """Draw force against penetration for each law."""
     return figure_of(law_panels(result))

@@ -1,4 +1,4 @@
-"""Convergence of the co-simulation over the communication step."""
+"""Convergence of the co-simulation with decreasing communication step."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FLOOR = 1e-10  # smallest error that is drawn; smaller ones are on the axis
 
 
 def draw(result: CouplingConvergence) -> Figure:
-    """Draw the error over the communication step for each comparison and scheme, with slopes for integer orders."""
+    """Draw the error against the communication step for each comparison and scheme, with slopes for integer orders."""
     figure = StyledFigure(figsize=(8.4, 9.4), layout="constrained")
     for axes, comparison in zip(figure.subplots(2, 2, sharey=True).flat, result.comparisons, strict=True):
         _draw_errors(axes, comparison)
@@ -31,7 +31,7 @@ def _draw_errors(axes: Axes, comparison: ComparisonErrors) -> None:
     """Draw the errors of a comparison."""
     steps, schemes = 1e6 * np.array(comparison.steps), comparison.schemes
     for (name, scheme), (colour, marker) in zip(schemes.items(), SCHEME_STYLES, strict=False):
-        order_text = "exact; on the axis if less" if scheme.order is None else f"{scheme.order:.2f}"
+        order_text = "exact; smaller errors are drawn on the axis" if scheme.order is None else f"{scheme.order:.2f}"
         errors = np.maximum(scheme.errors, FLOOR)
         axes.loglog(steps, errors, color=colour, marker=marker, ms=4, label=f"{name} ({order_text})", clip_on=False)
     rounded = {name: round(scheme.order) for name, scheme in schemes.items() if scheme.order is not None}

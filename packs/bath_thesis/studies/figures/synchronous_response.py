@@ -10,5 +10,5 @@ from bath_thesis.studies.measured_response import SynchronousResponse
 
 
 def draw(result: SynchronousResponse) -> Figure:
-    """Draw S for forces in x over frequency, with measured values as dots."""
+    """Draw S for forces in x against frequency, with measured values as dots."""
     return figure_of(norm_panels(result))
