@@ -141,4 +141,4 @@ def test_warnings_of_a_pack_of_invalid_files_are_limited(site):
     listed, warned = command(site, "list")
     assert "fig4_9" in listed
     assert len(warned.splitlines()) < 100
-    assert_names(warned.splitlines()[-1], "broken", "more")
+    assert_names(warned.splitlines()[-1], "broken", "further")

@@ -74,7 +74,7 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
     """Return the length (s), in (0, dt], of the substep that ends on the first event; write its end to z_new.
 
     The last substep must have had the length `dt` and contain an event. The method is regula falsi after Anderson and
-    Bjoerck for every indicator, whose first value is taken to be at least `EVENT_OFFSET` below zero. The time of a
+    Bjoerck for every indicator. It begins with a value that is at least `EVENT_OFFSET` below zero. The time of a
     touch is found by Newton's method, starting from the time of the touch on the cubic path.
     """
     n, stages = w.n, stages_of(w.stages)

@@ -187,7 +187,7 @@ class System:
         return next((signal for signal in self.signals if signal.name == name), None)
 
     def first_end(self, name: str) -> str:
-        """Return the first input of the shared signal with this name; return any other name unchanged."""
+        """Return the input that the shared signal of this name feeds first; return any other name unchanged."""
         signal = self.signal(name)
         return name if signal is None else signal.targets[0]
 
