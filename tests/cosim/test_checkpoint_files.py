@@ -261,5 +261,5 @@ def test_only_iterative_coupling_has_scales_one_for_each_input(fmu_from_c, tmp_p
     assert len(state.scales) == inputs
     assert run(start=state.save(tmp_path / "right.npz")).outcome.status == "completed"
     file = replace(state, scales=np.ones(wrong)).save(tmp_path / "wrong.npz")
-    with raises_naming(ValueError, str(file), f"scales {wrong} inputs", f"{coupling} scales {inputs}"):
+    with raises_naming(ValueError, str(file), f"scales of {wrong} inputs", f"{coupling} coupling needs {inputs}"):
         run(start=file)

@@ -43,7 +43,7 @@ def test_power_is_split_between_two_harmonics_at_the_limit(pressed):
 def test_a_force_above_the_frequency_limit_warns_with_site_and_limit(pressed):
     (sentence,) = summarise(pressed(lambda t: 100.0 + 100.0 * np.cos(3000.0 * t))).warnings
     assert sentence.startswith("much of the contact force's power is above 159.2 Hz")
-    assert "RB1 33.3 %, where 10 % is allowed" in sentence
+    assert "RB1 33.3 % (allowed: 10 %)" in sentence
 
 
 def test_without_a_frequency_limit_no_share_is_reported(pressed):

@@ -91,5 +91,5 @@ def test_middle_bearing_under_the_disc_carries_it_alone():
 
 def test_a_rotor_on_a_single_bearing_is_refused():
     shaft = Shaft((0.0, L / 2, L), (0.03,), 2.1e11, 7850.0, 0.3)
-    with raises_naming(ValueError, "'swing'", "1 bearings", "two or more"):
+    with raises_naming(ValueError, "'swing'", "1 bearing;", "two or more"):
         carried_masses(Rotor("swing", shaft, bearings=(Bearing("only", 2),)))

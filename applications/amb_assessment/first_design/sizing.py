@@ -153,7 +153,7 @@ def machine_sizes(
     load at rest, where seals may carry less of the weight. In (1), B is the flux density at twice the bias current,
     which is reached when the control current equals the bias current. The force F includes the unbalance of twice the
     balancing grade. Equation (2) gives a full-swing bandwidth of about twice the speed. With a data sheet, (3) replaces
-    (1). Equation (3) follows from (2.8) and (2.9) of the thesis without a static current. Equation (4) holds for
+    (1). Equation (3) follows from (2.8) and (2.9) without a static current. Equation (4) holds for
     differential drive. Unless gap or bias is stated, I_0 is chosen so that K_s(i_s) equals the K_s of the data sheet,
     and the gap is chosen so that I_0 is at least `ROOM` times i_s.
 

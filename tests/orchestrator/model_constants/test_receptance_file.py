@@ -172,7 +172,7 @@ def with_a_singular_receptance(text):
         (edit("sample_time = 0.00025", "sample_time = 'fast'"), ("loop.sample_time", "'fast'", "number")),
         (edit("speed = 31.4", "speed = -31.4"), ("receptance[0].speed", "-31.4 rad/s", "> 0 rad/s")),
         (edit("speed = 31.4", "speed = nan"), ("receptance[0].speed", "nan rad/s")),
-        (edit("speed = 31.4", "speed = 70.0"), ("ascend",)),
+        (edit("speed = 31.4", "speed = 70.0"), ("ascending speed",)),
         (edit("order = 1", "order = 0"), ("receptance[0].order = 0", ">= 1")),
         (edit("real = [\n  [", "real = [\n  [1.0, "), ("rows of equal length",)),
         (edit("real = [\n  [", "real = [\n  ['x', "), ("rows of equal length",)),
