@@ -22,7 +22,7 @@ from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.presentation.units import speed_text
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
@@ -196,7 +196,7 @@ def _identified(
     identification = identify(speeds, scenario=scenario, set=settings, flavour=flavour, progress=False)
     for result in identification.results:
         if result.reason:
-            raise ValueError(f"at {speed_text(result.speed)}: {result.reason}")
+            raise ValueError(f"at {speed_unit().text(result.speed)}: {result.reason}")
     return identification.table
 
 

@@ -29,7 +29,7 @@ from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.model import LinearModel
 from amb_analysis.linear.stability import DRIFT, LoopStability, deciding_pole, stability_of
-from amb_cosim.presentation.units import speed_text
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.control_loop import exciting_components
 from array_types import Array, Complex
@@ -214,7 +214,7 @@ class Loop:
         """Raise a ValueError if the loop is unstable between the first and the last of ascending speeds (rad/s)."""
         worst = self.least_stable(speeds)
         if not worst.is_stable:
-            at = f"at {speed_text(worst.speed)} {worst.motion}, |z| = {worst.radius:.7g}"
+            at = f"at {speed_unit().text(worst.speed)} {worst.motion}, |z| = {worst.radius:.7g}"
             raise ValueError(f"the loop is not stable: {at}; only a stable loop has a steady response")
 
     @cached_property

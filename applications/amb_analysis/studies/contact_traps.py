@@ -46,7 +46,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.presentation.units import force_unit, speed_text, speed_unit
+from amb_cosim.presentation.units import force_unit, speed_unit
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_files.checks import require
 from array_types import Array
@@ -277,7 +277,7 @@ def traps(
     prepared = prepare_run(values, set, options=RunOptions(flavour=flavour))
     machine = _with_unbalance(rubbing_rotor(prepared), unbalance, place)
     Omega = machine.machine.last_speed if speed is None else spin_speed(speed)
-    require(Omega > 0.0, "speed", speed_text(Omega), f"> {speed_text(0.0)}")
+    require(Omega > 0.0, "speed", speed_unit().text(Omega), f"> {speed_unit().text(0.0)}")
     amount = float(np.abs(machine.unbalance).max())
     highest = 2.0 * Omega if up_to is None else spin_speed(up_to, "up-to")
     speeds = speed_range(highest, SPEEDS + 1)[1:]

@@ -10,7 +10,7 @@ import numpy as np
 
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.system.values import quantity, stated
-from amb_cosim.presentation.units import speed_text
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
@@ -54,8 +54,8 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
         If the value is not a speed, is negative, or is above `HIGHEST`.
     """
     value = quantity(raw, "rad/s", name)
-    allowed = f">= {speed_text(0.0)} and <= {speed_text(HIGHEST)}"
-    require(0.0 <= value <= HIGHEST, name, stated(speed_text(value), raw), allowed)
+    allowed = f">= {speed_unit().text(0.0)} and <= {speed_unit().text(HIGHEST)}"
+    require(0.0 <= value <= HIGHEST, name, stated(speed_unit().text(value), raw), allowed)
     return value
 
 
@@ -84,7 +84,7 @@ def speed_range(up_to: Number, points: int, lowest: float = 0.0) -> Array:
         If `up_to` is not a speed above the lowest.
     """
     highest = spin_speed(up_to, "up-to")
-    require(highest > lowest, "up-to", stated(speed_text(highest), up_to), f"> {speed_text(lowest)}")
+    require(highest > lowest, "up-to", stated(speed_unit().text(highest), up_to), f"> {speed_unit().text(lowest)}")
     return np.linspace(lowest, highest, points)
 
 

@@ -21,7 +21,7 @@ from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.model_constants.controller_data import MAX_CONDITION, condition_number
 from amb_cosim.model_constants.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
-from amb_cosim.presentation.units import speed_text
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.control_loop import inner_loop_parameters
 from amb_cosim.scenario.prepare_run import prepare_run
@@ -133,8 +133,9 @@ def prepare_identification(
     identified_machine = machine_of(prepared, ACTUATOR, CONTROLLER)
     lowest = identified_machine.parameters[CONTROLLER]["rolac.min_speed"]
     if Omega < lowest and not math.isclose(Omega, lowest):
+        unit = speed_unit()
         raise ValueError(
-            f"speeds = {speed_text(Omega)} is not allowed; it must be >= {speed_text(lowest)}, rolac.min_speed"
+            f"speeds = {unit.text(Omega)} is not allowed; it must be >= {unit.text(lowest)}, rolac.min_speed"
         )
     return identified_machine
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from string import Template
 
 from amb_cosim.cosim.system.values import RPM, stated
-from amb_cosim.presentation.units import speed_text
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_files.checks import require
 from rolac_controller.signals import LARGEST_SPEED
@@ -152,8 +152,8 @@ def require_speed(speed: float, written: str | None = None) -> None:
 
     The message contains the speed as the user wrote it, if `written` is given.
     """
-    shown = speed_text(speed) if written is None else stated(speed_text(speed), written)
-    require(0.0 < speed <= FASTEST, "speed", shown, f"> {speed_text(0.0)} and <= {speed_text(FASTEST)}")
+    shown = speed_unit().text(speed) if written is None else stated(speed_unit().text(speed), written)
+    require(0.0 < speed <= FASTEST, "speed", shown, f"> {speed_unit().text(0.0)} and <= {speed_unit().text(FASTEST)}")
 
 
 def filled(template: str, **values: float | str) -> str:

@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 from amb_analysis.studies.inputs import GRADE
 from amb_assessment.first_design.rotor_text import diameter_at, gap_for, require_speed
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
-from amb_cosim.presentation.units import speed_text
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_cosim.scenario.scenario import share_across
 from amb_files.checks import require
@@ -188,7 +188,7 @@ def machine_sizes(
     diameter = max(diameter_at(rotor, nodes[node - 1]) for node in rotor.bearing_nodes)
     fastest = 2.0 * SURFACE_SPEED / diameter
     surface = f"the surface of the shaft in its bearings ({1e3 * diameter:.3g} mm) then moves at {SURFACE_SPEED:g} m/s"
-    require(speed <= fastest, "speed", speed_text(speed), f"<= {speed_text(fastest)}: {surface}")
+    require(speed <= fastest, "speed", speed_unit().text(speed), f"<= {speed_unit().text(fastest)}: {surface}")
     body = rigid_body(rotor)
     loads, at_rest = (_axis_loads(rotor, Omega, share_across(tilt)) for Omega in (speed, 0.0))
     least = min((site.clearance for site in retainers), default=0.0)

@@ -132,11 +132,6 @@ def speed_unit(usual: str = "rpm") -> ShownUnit:
     return _unit("speed", usual)
 
 
-def speed_text(speed: float, digits: int = 4) -> str:
-    """Return a spin speed (rad/s) in the unit of speeds, with the name of the unit."""
-    return speed_unit().text(speed, digits)
-
-
 def frequency_unit() -> ShownUnit:
     """Return the unit of frequencies: Hz unless a unit of speeds was chosen."""
     return speed_unit("Hz")

@@ -17,7 +17,7 @@ from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import Raw, quantity, stated
-from amb_cosim.presentation.units import speed_text
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import (
     SPEEDS,
@@ -261,8 +261,8 @@ def checked_speed(speed: float, written: Raw = 0.0) -> float:
         `written`.
     """
     require_speed_unit(written)
-    shown = stated(speed_text(speed), written)
-    require(0.0 <= speed < math.inf, "Omega", shown, f">= {speed_text(0.0)}, because cycles count revolutions")
+    shown = stated(speed_unit().text(speed), written)
+    require(0.0 <= speed < math.inf, "Omega", shown, f">= {speed_unit().text(0.0)}, because cycles count revolutions")
     return speed
 
 

@@ -20,7 +20,7 @@ from amb_assessment.assessment.format.retainer_bearings import RetainerBearing
 from amb_assessment.assessment.format.thrust_bearing import ThrustBearing
 from amb_cosim.cosim.system.tables import Table, Value, Values
 from amb_cosim.cosim.system.values import RPM, quantity, stated
-from amb_cosim.presentation.units import frequency_unit, speed_text
+from amb_cosim.presentation.units import frequency_unit, speed_unit
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario, tilt_of
@@ -63,10 +63,10 @@ class Speeds(Table):
         written = {"minimum": self.minimum, "maximum": self.maximum, "trip": trip}
         before, reason = 0.0, ""
         for (name, raw), value in zip(written.items(), (self.lowest, self.highest, self.tripping), strict=True):
-            shown = stated(speed_text(value), raw)
-            allowed = f">= {speed_text(before)}, the {reason}" if reason else f"> {speed_text(0.0)}"
+            shown = stated(speed_unit().text(value), raw)
+            allowed = f">= {speed_unit().text(before)}, the {reason}" if reason else f"> {speed_unit().text(0.0)}"
             require(value >= before if reason else value > 0.0, f"speed.{name}", shown, allowed)
-            most = f"<= {speed_text(LARGEST_SPEED)}, the limit of the models"
+            most = f"<= {speed_unit().text(LARGEST_SPEED)}, the limit of the models"
             require(value <= LARGEST_SPEED, f"speed.{name}", shown, most)
             before, reason = value, name
         _ = self.run_up_time, self.run_down_time
