@@ -156,7 +156,7 @@ class Chapter(Table):
     title: str = ""
     """Title on the page, such as `Contact`."""
     groups: tuple[str, ...] = ("*",)
-    """Patterns of the groups of its statements, such as `table4_*`."""
+    """Patterns such as `table4_*`; a statement whose group matches one of them belongs here."""
 
     def has(self, statement: Statement) -> bool:
         """Return whether a statement belongs to the chapter."""

@@ -169,7 +169,7 @@ def least_trapping_curve(rotor: RubbingRotor, coarse: TrapMap, most: int | None 
 def least_trapping_over(
     rotor: RubbingRotor, speeds: Array, curve: Array, most: int | None = 2
 ) -> tuple[float, float] | None:
-    """Return the smallest factor that traps at any speed (rad/s), and the speed at which it does; None if none traps.
+    """Return the smallest factor with which the rotor is trapped at one of the speeds (rad/s), and that speed, or None.
 
     The minimum is refined between the two speeds beside the lowest point of the curve. If no factor traps at one of
     these speeds, the curve ends before this speed, often at the minimum of the curve. This end is located to within

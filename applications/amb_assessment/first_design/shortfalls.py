@@ -115,7 +115,7 @@ def _damping_shortfall(rotor: Rotor, loop: Levitation) -> Iterator[str]:
 
 
 def hindering_positions(machine: Machine, loop: Levitation, speed: float) -> Iterator[str]:
-    """Yield sentences on bending modes up to twice the trip speed that a bearing drives or no bearing reaches well."""
+    """Yield a sentence on each bending mode, up to twice the trip speed, that a bearing drives or none can damp."""
     is_short = any(zeta < wanted for zeta, wanted in zip(loop.ratios[:2], loop.wanted[:2], strict=True))
     for mode in mode_reaches(machine.rotor, machine.magnets, MODES):
         if mode.frequency <= 2.0 * TRIP * speed and mode.deciding.value < (WELL if is_short else REACHED):

@@ -204,7 +204,7 @@ def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
 
 @views
 def powers_of(matrices: StepMatrices, slot: int, level: int) -> Powers:
-    """Return the power forms of spin and seals for a level at a constant speed."""
+    """Return the quadratic forms of the powers of spin and seals, for pieces of a level at a constant speed."""
     rows, place = int(matrices.sizes[0].n_rows), level if level < MAX_LEVELS else MAX_LEVELS - 2 + level % 2
     at = 2 * ((slot - FIRST_CONSTANT) * MAX_LEVELS + place) * rows * rows
     return Powers(

@@ -40,7 +40,7 @@ def cut_piece(
     torque: float,
     on_event: bool,
 ) -> float:
-    """Write the state after a share of a piece of length h (s) to z_new; return the energy (J) taken by the dampers.
+    """Write the state at the end of the first part of a piece to z_new; return the energy (J) taken by dampers in it.
 
     The nodes of the piece become the nodes of this part, because `piece_energy` needs them. `torque` is the torque of
     rotating damping on the spin (N m); `index` is the position of the speed on the grid. After an event, the journals

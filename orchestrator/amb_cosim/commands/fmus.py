@@ -25,7 +25,7 @@ SYSTEM = "levitated"  # assembled if no scenario is named
     is_flag=False,
     flag_value=SYSTEM,
     metavar="[SCENARIO]",
-    help="One FMU of all components; default: system levitated.",
+    help="One FMU of all components of a scenario; by default those of the system `levitated`.",
 )
 @click.option("--scenario", metavar="SCENARIO", help="Use a scenario's values as start values.")
 @click.option(

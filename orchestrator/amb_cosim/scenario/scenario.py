@@ -230,7 +230,7 @@ class Scenario(Table):
         if self.end_cycle is not None and self.end_time is not None:
             raise ValueError(f"end_cycle = {self.end_cycle:g} and end_time = {self.end_time!r} exclude each other")
         if self.end_cycle is None and self.end_time is None:
-            raise ValueError("a scenario needs an end, end_cycle or end_time")
+            raise ValueError("a scenario needs an end: end_cycle or end_time")
         return time_of(self.end_time or 0.0, "end_time") if self.end_cycle is None else self.end_cycle * period
 
     @property

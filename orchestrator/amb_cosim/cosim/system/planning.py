@@ -260,7 +260,7 @@ def _sample_time(component: Component, values: Assignments) -> float | None:
 
 
 def _with_rate(component: Component, values: Assignments, h: float) -> Component:
-    """Return a component that steps at its sample time, or at its own rate if its FMU takes any step."""
+    """Return a component with one step for each sample, or unchanged if its FMU can take steps of any length."""
     sample_time, name = _sample_time(component, values), f"{component.name}.sample_time"
     if sample_time is None:
         return component

@@ -91,7 +91,7 @@ class ProfileTable(Table):
     def profiles(self, earliest: float) -> tuple[Profile, ...]:
         """Return inputs, with times in s; raises ValueError if one is before `earliest` (s), or the file is wrong."""
         if self.file:
-            return profiles_of(self.file, time_of(self.begin, "begin of a profile", least=earliest))
+            return profiles_of(self.file, time_of(self.begin, "start of a profile", least=earliest))
         points = tuple((time_of(t, "time of a point", least=earliest), value) for t, value in self.points)
         return (Profile(self.variable, points, self.slope),)
 
