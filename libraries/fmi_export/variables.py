@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple, get_args
 
 LARGEST = sys.float_info.max
 FAULT_CODE = "fault_code"  # name of the last output of every model
-TOOL = "amb-cosim"  # whose annotations in a modelDescription mark the outputs that are warnings
+TOOL = "amb-cosim"  # whose annotations in a modelDescription contain warnings and rules over a step
 
 Causality = Literal["parameter", "input", "output"]
 Type = Literal["Real", "Integer", "Boolean"]

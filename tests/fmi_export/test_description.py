@@ -142,13 +142,16 @@ def test_outputs_declare_the_inputs_that_reach_them_without_delay(model, fmu):
     assert declared == {v.name: set(v.depends_on) for v in model.interface.of("output")}
 
 
-def test_a_warning_is_declared_with_its_text(build_fmu, lag):
+def test_warnings_and_rules_over_a_step_are_declared(build_fmu, lag):
     root = ElementTree.fromstring(xml_of(build_fmu(lag)))
     declared = {
-        variable.get("name"): variable.find("Annotations/Tool[@name='amb-cosim']/Warning").get("sentence")
+        variable.get("name"): [(item.tag, item.attrib) for item in variable.find("Annotations/Tool[@name='amb-cosim']")]
         for variable in root.iterfind("ModelVariables/ScalarVariable[Annotations]")
     }
-    assert declared == {"high": lag.interface["high"].warning}
+    assert declared == {
+        "steps": [("OverStep", {"rule": "largest"})],
+        "high": [("Warning", {"sentence": lag.interface["high"].warning})],
+    }
 
 
 def test_all_outputs_are_initial_unknowns(model, fmu):

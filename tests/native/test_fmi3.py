@@ -195,8 +195,8 @@ def test_warnings_and_element_names_are_in_a_separate_file(unpacked, lag, matrix
         folder = unpacked(model, None, None, 3)
         assert b"Annotation" not in (folder / "modelDescription.xml").read_bytes()
         ports = read_interface(folder, model.name).ports
-        assert [(p.name, p.description, p.warning, p.position) for p in ports.values()] == [
-            (v.name, v.description, v.warning, k) for k, v in enumerate(model.interface.variables)
+        assert [(p.name, p.description, p.warning, p.over_step, p.position) for p in ports.values()] == [
+            (v.name, v.description, v.warning, v.over_step, k) for k, v in enumerate(model.interface.variables)
         ]
     assert any(v.warning for v in lag.interface.variables)
 

@@ -7,9 +7,12 @@ from strange_machine import TOUCHDOWN
 
 import amb_cosim
 from amb_cosim.cosim.record import step_rows
+from amb_cosim.cosim.system.experiment import Experiment
+from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.results import plots
 from amb_cosim.results.contact_forces import averaged_force, peaks, received_impulse
 from amb_cosim.results.plots.contact import touched_sites
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names
 
@@ -44,6 +47,20 @@ def thinned(every, **options):
 @pytest.fixture(scope="module")
 def thin():
     return thinned(100)
+
+
+def test_a_thinned_record_follows_the_rules_that_fmus_declare():
+    """Samples would miss what happened between them, also at outputs that no summary knows."""
+    assembly = prepare_run(load_scenario(str(TOUCHDOWN))).assembly
+    experiment = Experiment(1e-4, 0.01, record_every=10, each={"rotor_contact.catch_n.temperature": "largest"})
+    each = experiment_plan(experiment, assembly).recorded_each
+    at_site = {name: rule for name, rule in each.items() if name.startswith("rotor_contact.catch_n.")}
+    assert at_site == {
+        "rotor_contact.catch_n.f_n_peak": "largest",
+        "rotor_contact.catch_n.f_n_mean": "mean",
+        "rotor_contact.catch_n.impulse": "sum",
+        "rotor_contact.catch_n.temperature": "largest",
+    }
 
 
 @pytest.mark.parametrize("every", [4, 20, 100])

@@ -172,6 +172,10 @@ def _scalar_variable(reference: int, v: Variable) -> Element:
     element = Element("ScalarVariable", identity_of(v, v.name, reference, v.description))
     start = {} if v.causality == "output" else {"start": v.literal(v.start)}
     SubElement(element, "Enumeration" if v.enumeration else v.type, start | range_of(v))
-    if v.warning:
-        SubElement(SubElement(SubElement(element, "Annotations"), "Tool", name=TOOL), "Warning", sentence=v.warning)
+    if v.warning or v.over_step != "end":
+        tool = SubElement(SubElement(element, "Annotations"), "Tool", name=TOOL)
+        if v.warning:
+            SubElement(tool, "Warning", sentence=v.warning)
+        if v.over_step != "end":
+            SubElement(tool, "OverStep", rule=v.over_step)
     return element

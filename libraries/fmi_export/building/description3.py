@@ -44,7 +44,7 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
 
 
 def variable_notes(table: Interface) -> bytes:
-    """Return the file `NOTES`, which contains warnings, and FMI 2.0's names and descriptions of array elements.
+    """Return the file `NOTES`: warnings, rules over a step, and FMI 2.0's names and descriptions of array elements.
 
     The notes are listed by the names of the variables. They are not written as annotations, because FMI Library reports
     annotations of FMI 3.0 as unknown.
@@ -53,6 +53,8 @@ def variable_notes(table: Interface) -> bytes:
     for slot in slots(table):
         if sentence := slot.variables[0].warning:
             result.setdefault(slot.name, {})["warning"] = sentence
+        if (rule := slot.variables[0].over_step) != "end":
+            result.setdefault(slot.name, {})["over_step"] = rule
         if slot.shape:
             result.setdefault(slot.name, {})["elements"] = [[item.name, item.description] for item in slot.variables]
     return json.dumps(result, indent=1).encode()

@@ -262,20 +262,14 @@ def _essential(places: RotorPlaces) -> tuple[str, ...]:
     return tuple(f"{PLANT}.{name}" for name in (*of_places, *measured, "contact_state", "energy.*"))
 
 
-def _contact(places: RotorPlaces) -> dict[str, OverStep]:
-    """Return the rules by which a thinned record summarises a step, for the variables that contact figures require."""
-    sampled = ("f_n", "mode", "whirl_speed", "race_speed", "friction_power", "heat")
-    of_sites: dict[str, OverStep] = {
-        "f_n_peak": "largest",
-        "f_n_mean": "mean",
-        "impulse": "sum",
-        "temperature": "largest",
-    }
-    of_sites |= dict.fromkeys(sampled, "end")
-    of_plant = ("contact_state", "energy.*", "speed", "solver.method")
-    result: dict[str, OverStep] = {f"{PLANT}.{name}": "end" for name in of_plant}
-    result |= {f"{PLANT}.{at}.{name}": rule for at in places.contacts for name, rule in of_sites.items()}
-    return result | {f"{ACTUATOR}.*.amplifier_off_?": "end"}
+def _contact(places: RotorPlaces) -> dict[str, OverStep | None]:
+    """Return the variables that figures and summaries of contact need at every step, and their rules over a step."""
+    forces = ("f_n", "f_n_peak", "f_n_mean", "impulse")
+    of_sites = (*forces, "mode", "whirl_speed", "race_speed", "friction_power", "heat")
+    of_plant = ("contact_state", "energy.*", "speed", *(f"{at}.{name}" for at in places.contacts for name in of_sites))
+    result: dict[str, OverStep | None] = dict.fromkeys(f"{PLANT}.{name}" for name in of_plant)
+    result |= {f"{PLANT}.{at}.temperature": "largest" for at in places.contacts}
+    return result | {f"{ACTUATOR}.*.amplifier_off_?": None}
 
 
 def _scaled(

@@ -15,14 +15,14 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 from xml.etree import ElementTree
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable, UnitDefinition
 from amb_cosim.cosim.fmu.tolerant_reading import DESCRIPTION, read_tolerantly
 from amb_files.checks import single_line
 from fmi_export.building.units import SI
-from fmi_export.variables import TOOL
+from fmi_export.variables import TOOL, OverStep
 
 _BASE_UNIT_FIELDS = (*SI, "factor", "offset")
 
@@ -49,9 +49,10 @@ _LIMITS = {
 
 
 class _Notes(NamedTuple):
-    """Additional data of a variable in FMUs of this project: its warning, and the names and texts of its elements."""
+    """Additional data of a variable in FMUs of this project: warning, rule over a step, names and texts of elements."""
 
     warning: str = ""
+    over_step: OverStep = "end"
     elements: tuple[tuple[str, str], ...] = ()
 
 
@@ -183,14 +184,24 @@ def _notes(folder: Path) -> dict[str, _Notes]:
     """Return the additional data of variables, from annotations (FMI 2.0) or a file (FMI 3.0)."""
     if (file := folder / NOTES).is_file():
         entries = json.loads(file.read_bytes())
-        return {v: _Notes(e.get("warning", ""), tuple(map(tuple, e.get("elements", ())))) for v, e in entries.items()}
+        return {
+            v: _Notes(e.get("warning", ""), _rule(e.get("over_step")), tuple(map(tuple, e.get("elements", ()))))
+            for v, e in entries.items()
+        }
     content = (folder / DESCRIPTION).read_bytes()
     result = {}
     for variable in ElementTree.fromstring(content).iterfind("ModelVariables/ScalarVariable[Annotations]"):
-        warning = variable.find(f"Annotations/Tool[@name='{TOOL}']/Warning")
-        if warning is not None:
-            result[variable.get("name", "")] = _Notes(warning.get("sentence", ""))
+        tool = variable.find(f"Annotations/Tool[@name='{TOOL}']")
+        if tool is not None:
+            stated = {item.tag: item.attrib for item in tool}
+            sentence, rule = stated.get("Warning", {}).get("sentence", ""), stated.get("OverStep", {}).get("rule")
+            result[variable.get("name", "")] = _Notes(sentence, _rule(rule))
     return result
+
+
+def _rule(stated: str | None) -> OverStep:
+    """Return the rule by which a variable summarises a step; it is `end` unless the FMU states a known one."""
+    return next((rule for rule in get_args(OverStep) if rule == stated), "end")
 
 
 def _add_omitted(description: Any, folder: Path) -> None:
@@ -262,6 +273,7 @@ def _ports(
         description=variable.description or "",
         depends_on=depends_on,
         warning=notes.warning,
+        over_step=notes.over_step,
         items={item.name: int(item.value) for item in items},
         variability=variable.variability or "continuous",
         stored=variable.type,

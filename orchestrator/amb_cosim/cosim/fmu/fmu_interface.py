@@ -10,6 +10,7 @@ from typing import Literal
 
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matching_names
+from fmi_export.variables import OverStep
 
 UnitDefinition = tuple[float, ...]  # exponents of kg, m, s, A, K, mol, cd, rad, then factor and offset
 
@@ -23,9 +24,10 @@ class Port:
     from 0; `array` is the array's name and the element's indices, which count from 1. `definition` is None if the FMU
     does not define the unit; `units` contains all units that the FMU defines, and the display units of this unit. For
     an output, `depends_on` lists the inputs that reach it without delay. If an output is a warning, `warning` is its
-    sentence. For an Enumeration, whose `type` is Integer, `items` maps names to values. A `relative` quantity is a
-    difference, such as a rise in temperature, so it is converted between units without their offsets. `has_start` is
-    true for an output or local variable, such as a state, whose start value the FMU lets a user set.
+    sentence. `over_step` says how an output summarises a step. For an Enumeration, whose `type` is Integer, `items`
+    maps names to values. A `relative` quantity is a difference, such as a rise in temperature, so it is converted
+    between units without their offsets. `has_start` is true for an output or local variable, such as a state, whose
+    start value the FMU lets a user set.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Port:
     description: str = ""
     depends_on: tuple[str, ...] = ()
     warning: str = ""
+    over_step: OverStep = "end"
     items: Mapping[str, int] = field(default_factory=dict)
     variability: str = "continuous"
     stored: str = ""

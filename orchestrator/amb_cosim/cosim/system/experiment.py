@@ -72,8 +72,10 @@ class Experiment:
     record_every, record_settling
         Steps between records, and whether to record before time 0.
     each
-        For patterns of variables, how these variables summarise a step. A decimated record contains them at every step
-        or, in long runs, for several steps together (`step_rows`).
+        Patterns of variables that a decimated record contains at every step or, in long runs, for several steps
+        together (`step_rows`), each with the rule that summarises these steps; None is the rule that the FMU declares.
+        The record also contains all recorded variables for which an FMU declares another rule than the value at the
+        end of a step, because samples would miss what happened between them.
     settling
         Whether the motion before time 0 is simulated, solved for (`settling`), or solved for if possible.
     period
@@ -103,7 +105,7 @@ class Experiment:
     recorded: tuple[str, ...] = (EVERYTHING,)
     essential: tuple[str, ...] = ()
     record_every: int = 1
-    each: Mapping[str, OverStep] = field(default_factory=dict)
+    each: Mapping[str, OverStep | None] = field(default_factory=dict)
     record_settling: bool = False
     settling: Settling = "simulated"
     period: float = 0.0

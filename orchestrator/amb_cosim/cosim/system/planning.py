@@ -21,6 +21,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_files.checks import errors_in
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matches, matching_names
+from fmi_export.variables import OverStep
 
 
 def experiment_plan(
@@ -82,7 +83,6 @@ def _planned(experiment: Experiment, assembly: Assembly, values: Assignments) ->
     signals = [*values.inputs, *values.outputs]
     patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
     recorded = _recorded(replace(experiment, recorded=patterns), system.unrecorded, signals)
-    each = experiment.each if experiment.record_every > 1 else {}
     return Plan(
         assembly=assembly,
         system=system,
@@ -96,10 +96,7 @@ def _planned(experiment: Experiment, assembly: Assembly, values: Assignments) ->
         recorded=recorded,
         stops=tuple(_condition(stop, signals, values, grid, beginning) for stop in experiment.stops),
         record_every=experiment.record_every,
-        recorded_each={
-            name: next(rule for pattern, rule in each.items() if matches(name, pattern))
-            for name in _chosen(recorded, tuple(each), (), None)
-        },
+        recorded_each=_recorded_each(experiment, recorded, values) if experiment.record_every > 1 else {},
         record_from=first if experiment.record_settling else 0,
         settling=settling,
         period=experiment.period,
@@ -314,6 +311,16 @@ def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequ
     watched = tuple(stop.variable for stop in experiment.stops)
     everything = EVERYTHING in experiment.recorded
     return _chosen(tuple(available), named, watched, tuple(unrecorded) if everything else None)
+
+
+def _recorded_each(experiment: Experiment, recorded: tuple[str, ...], values: Assignments) -> dict[str, OverStep]:
+    """Return what a decimated record contains at every step, with the rules by which rows summarise several steps."""
+    chosen = {*_chosen(recorded, tuple(experiment.each), (), None)}
+    stated = {
+        name: next(rule for pattern, rule in experiment.each.items() if matches(name, pattern)) for name in chosen
+    }
+    declared = {name: values.port(name).over_step for name in recorded}
+    return {name: stated.get(name) or rule for name, rule in declared.items() if name in chosen or rule != "end"}
 
 
 @lru_cache(maxsize=32)  # the runs of a sweep record the same

@@ -15,7 +15,7 @@ INTERFACE = interface(
     input_("hold", "1", "Stop following", type="Boolean"),
     output("y", "V", "Output", depends_on=()),
     output("level", "V", "Twice the input, declared to stay below 12", maximum=12.0, depends_on=("u",)),
-    output("steps", "1", "Steps since the start", type="Integer"),
+    output("steps", "1", "Steps since the start", type="Integer", over_step="largest"),
     output("held", "1", "The hold input of the last step", type="Boolean", depends_on=("hold",)),
     output(
         "high",
