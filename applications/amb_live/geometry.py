@@ -1,4 +1,4 @@
-"""Drawing data of a rotor: shaft, discs, bearings, contact sites, faces, and the shape between measured points."""
+"""Drawing data of a rotor: shaft, discs, bearings, contact sites, faces, and deflection between measured points."""
 
 from __future__ import annotations
 

@@ -61,7 +61,8 @@ def live(
     Raises
     ------
     ValueError
-        If the scenario, the rotor or a file is invalid, a browser cannot run the scenario, or the height is below 200.
+        If the scenario, the rotor or a file is invalid, if a browser cannot run the scenario, or if the height is below
+        200.
     """
     from amb_live.choice import rigs_of
     from amb_live.page import page

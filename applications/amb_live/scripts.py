@@ -40,7 +40,7 @@ def joined(entry: str, sources: Mapping[str, str]) -> str:
     Raises
     ------
     ValueError
-        If a module is missing, imports are circular, or an import or export has an unsupported form.
+        If a module is missing, if imports are circular, or if an import or export has an unsupported form.
     """
     order: list[str] = []
     modules: dict[str, Module] = {}

@@ -1,4 +1,4 @@
-"""Variations of a sweep: axes with labelled values, each of which sets variables of a scenario.
+"""Variations of a sweep: axes with labelled values; each value sets variables of a scenario.
 
     Omega=60:300 rad/s:60                             sixty speeds, which need a unit
     rotor_contact.impeller.u=1 g.m:60 g.m:40          with a unit
@@ -46,7 +46,7 @@ def is_moment(name: str) -> bool:
 
 
 def is_phase(name: str) -> bool:
-    """Return whether a variation is periodic with the rotor's revolution, as the cycle of an event is."""
+    """Return whether a variation is periodic with the rotor's revolution, like the cycle of an event."""
     return is_moment(name) and name.endswith(".cycle")
 
 
@@ -241,7 +241,7 @@ def is_speed(name: str) -> bool:
 
 
 def _require_speed_unit(name: str, text: str) -> None:
-    """Refuse values of the speed that are texts without a unit; Python numbers are in rad/s."""
+    """Refuse speeds that are given as texts without a unit; Python numbers are in rad/s."""
     if is_speed(name):
         raise ValueError(f"{name} = {text} has no unit; write it after a value, such as 60 rpm or 60 rad/s")
 

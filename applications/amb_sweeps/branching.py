@@ -1,8 +1,8 @@
-"""Points of a sweep that are identical until an event share the run up to this event, by restoring its saved state.
+"""Points of a sweep that do not differ before an event share the run up to it; its end state is saved and restored.
 
 Before each event that the sweep varies, a run saves its state in the memory of the FMUs. A later point continues from
 the latest saved state with the same past; its results are bitwise equal to those of a complete run. Points are ordered
-so that the variations that act first change least often, and the moments of each event ascend.
+so that variations with an early effect change least often, and the moments of each event ascend.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Branches:
         return max(usable, key=lambda state: state.point, default=None)
 
     def saves_of(self, plan: Plan, start: Checkpoint | None) -> Saves:
-        """Return the points at which a run of a plan saves its state."""
+        """Return the communication points at which a run of a plan saves its state."""
         begin = plan.begin if start is None else start.point + 1
         marks = (plan.marks[label] for label in self._labels if label in plan.marks)
         return Saves(tuple(n for n in marks if begin <= n <= plan.last), held=True)
@@ -63,7 +63,7 @@ class Branches:
         self._generation = self._instances.generation
 
     def _is_shared(self, earlier: Plan, plan: Plan, n: int) -> bool:
-        """Return whether a plan has the same past at point n as an earlier plan of the same FMUs."""
+        """Return whether a plan and an earlier plan of the same FMUs are identical up to communication point n."""
         return (
             n <= plan.last
             and earlier.parameters == plan.parameters
@@ -81,7 +81,7 @@ def varied_labels(design: SamplePlan, labels: Sequence[str]) -> tuple[str, ...]:
 
 
 def branching_order(design: SamplePlan, points: Sequence[int], labels: Sequence[str]) -> list[int]:
-    """Return points in an order in which those with the same past before an event of `labels` follow each other."""
+    """Return points in an order that keeps points with the same past before an event of `labels` together."""
     import numpy as np
 
     def key(point: int) -> tuple[Any, ...]:

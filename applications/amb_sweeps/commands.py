@@ -73,7 +73,7 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
     Each result is in OUTPUT/sweep.zarr as soon as its run ends; the same command continues an interrupted sweep. NAME
     may also be a ready sweep listed by `amb-cosim list`; options override its settings.
 
-    --vary takes NAME=START:STOP:COUNT, NAME=VALUE,VALUE,... with units, or NAME=@FILE, a table with one setting per
+    --vary takes NAME=START:STOP:COUNT, NAME=VALUE,VALUE,... with units, or NAME=@FILE for a table with one setting per
     label. Names joined by & vary together; variables that an event sets begin with the label of the event.
 
     --sample boundary:recovered, boundary:contact or boundary:rolling bisects between the points of a grid.
@@ -128,7 +128,7 @@ def _request(name: str, options: Mapping[str, Any]) -> tuple[str, str, dict[str,
 
 
 def _kept(ready: NamedSweep, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the variations of a ready sweep except those of variables that `options` vary."""
+    """Return the variations of a ready sweep, without variations of variables that `options` vary."""
     from amb_cosim.cosim.run.options import RunOptions
     from amb_cosim.scenario.prepare_run import assemble_scenario
     from amb_cosim.scenario.scenario import as_scenario

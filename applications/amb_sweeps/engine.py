@@ -4,8 +4,8 @@ A batch takes about `BATCH_TIME`, estimated from earlier points. Each process ru
 points of this batch can be the cause of a crash. Dask repeats the batch once. If the repetition also crashes a process,
 the points are run one by one. A point that crashes two processes on its own is recorded as `crashed`.
 
-Processes of a local cluster use TLS, with certificates that are created for it and stay in memory. Without TLS, all
-users of the machine could connect to 127.0.0.1, and a scheduler runs code for anyone who can connect.
+Processes of a local cluster use TLS, with certificates that are created for this cluster and stay in memory. Without
+TLS, all users of the machine could connect to 127.0.0.1, and a scheduler runs code for anyone who can connect.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ SETTINGS = {
 
 
 class ClusterFailed(Exception):
-    """The cluster ended before the sweep."""
+    """The cluster ended before the sweep was complete."""
 
 
 @contextmanager
@@ -143,8 +143,8 @@ def _check_answer(scheduler: str) -> None:
 def _within(seconds: float, call: Callable[[], T]) -> T:
     """Return the result of a call, or raise TimeoutError; a call that never returns blocks only its own thread.
 
-    The call runs in its own thread, because the caller's thread may have an event loop. Despite its time limit, a Dask
-    client that starts can wait forever if the scheduler disconnects or another client is garbage-collected.
+    The call runs in its own thread, because the caller's thread may have an event loop. A Dask client can wait forever
+    while it starts, despite its time limit, if the scheduler disconnects or another client is garbage-collected.
     """
     outcome: futures.Future[T] = futures.Future()
 
@@ -246,7 +246,7 @@ class BatchScheduler:
         self._running[future] = points
 
     def _next_batch(self) -> list[int]:
-        """Return points that take about `BATCH_TIME`, and fewer at the end so that all processes finish together."""
+        """Return points that together take about `BATCH_TIME`; fewer at the end, so that no process finishes late."""
         size = int(BATCH_TIME * self._finished / self._seconds) if self._seconds > 0.0 else 1
         share = len(self._waiting) // (2 * max(1, self._threads()))
         return [

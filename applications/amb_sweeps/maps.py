@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 SPREAD = 100.0  # ratio of largest to smallest positive value above which colours are logarithmic
 DRAWN = ("contact_share", "averaged_contact_force", "peak_contact_force", "orbit_largest", "rolling")
 LABELS = {
-    "contact_share": "fraction of time in contact between disturbance and relief",
+    "contact_share": "fraction of time in contact, from disturbance to relief",
     "averaged_contact_force": "largest contact force averaged over 1 ms",
     "peak_contact_force": "peak contact force",
     "orbit_largest": "largest radius in bearings and retainers",
@@ -232,7 +232,7 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
 
 
 def _axis_label(dataset: xr.Dataset, name: str) -> str:
-    """Return the label of a coordinate: the description of its variable, or its name, and the unit."""
+    """Return the label of a coordinate: the description or the name of its variable, with the unit."""
     unit, described = (dataset[name].attrs.get(key, "") for key in ("units", "description"))
     words = words_of(name, described) if described or is_moment(name) else name
     return fitted(f"{words} ({shown_unit(unit)})" if unit and unit != "1" else words, 3.6)

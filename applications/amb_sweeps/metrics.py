@@ -16,7 +16,7 @@ KEY_VALUES = {  # unit and, unless the name says it, description
     "contact": ("1", "1 if the rotor touched at any time from cycle 0 on"),
     "recovered": ("1", "1 if the rotor is stable and free of contact for the last five cycles"),
     "rolling": ("1", "1 if the rotor rolled on a site through a full whirl revolution or more"),
-    "contact_share": ("1", "Fraction of time in contact between disturbance and relief"),
+    "contact_share": ("1", "Fraction of time in contact, from disturbance to relief"),
     "averaged_contact_force": ("N", ""),
     "peak_contact_force": ("N", ""),
     "peak_impulse": ("N s", ""),
@@ -37,8 +37,8 @@ def needed(places: RotorPlaces) -> tuple[str, ...]:
 def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     """Return the outcome of a run, and its key values from cycle 0 on, with NaN for missing values.
 
-    `contact`, `recovered` and `rolling` are 1 or 0. `contact_share` is the fraction of time in contact at any site
-    between disturbance and relief. Values of a site or bearing have its name as a suffix, as in
+    `contact`, `recovered` and `rolling` are 1 or 0. `contact_share` is the fraction of the time between disturbance and
+    relief during which any site is in contact. Values of a site or bearing have its name as a suffix, as in
     `peak_contact_force.seal`; a value without a suffix is the largest of all sites or bearings.
     """
     _, last = contact_history.contact_cycles(signals)

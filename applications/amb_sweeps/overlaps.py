@@ -68,7 +68,7 @@ def refuse_idle_settings(
 
 
 def not_replaced(ready: Vary, own: Vary, labels: Sequence[str], variables: Assignments) -> dict[str, object]:
-    """Return the variations of a ready sweep except those of variables that the user varies."""
+    """Return the variations of a ready sweep, without variations of variables that the user varies."""
     if not own:
         return dict(ready)
     names = [name for variation in read_variations(own) for name in names_of(variation)]

@@ -36,7 +36,7 @@ def numeric_axes(design: SamplePlan) -> list[str]:
 def panels(design: SamplePlan, across: Collection[str], described: Mapping[str, str] = NOTHING) -> list[MapPanel]:
     """Return a panel for each combination of values of the axes that are not plotted.
 
-    Titles use the descriptions in `described`, or the name of a variable without a description.
+    Titles use the descriptions in `described`; for a variable without a description, they use its name.
     """
     others = [axis for axis in design.axes if axis.name not in across]
     result = []

@@ -31,7 +31,7 @@ LEGEND = 1.4  # inches, width of the title of the legend
 
 
 def draw_phases(swept: Sweep) -> list[str]:
-    """Plot the peak force against the phase of an event, if varied, into the sweep's folder; return the file names."""
+    """Plot the peak force against an event's phase, if this varies, into the sweep's folder; return the file names."""
     dataset = swept.dataset
     varied = [str(name) for name in dataset.coords if is_phase(str(name))]
     if not varied or METRIC not in dataset or not dataset[METRIC].notnull().any():

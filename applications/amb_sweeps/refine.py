@@ -1,8 +1,8 @@
 """Bisects the boundary between two outcomes along the axes of a grid.
 
-If neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run. The half of the
-interval whose ends differ is kept. This is repeated until the interval is shorter than the tolerance. Each round halves
-all intervals, so spacing / tolerance = 2^n takes n rounds.
+If neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run. Of the two halves
+of the interval, the one whose ends differ is kept. This is repeated until the interval is shorter than the tolerance.
+Each round halves all intervals, so spacing / tolerance = 2^n takes n rounds.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Refinement:
     design, results
         A grid and its results.
     tolerance
-        Length, as a fraction of the axis, up to which an interval is not halved further.
+        Length, as a fraction of the axis, below which an interval is not halved further.
     metric
         The metric whose boundary is located; its values are 0 and 1.
     """

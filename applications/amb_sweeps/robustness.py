@@ -1,7 +1,7 @@
-"""Robustness of a scenario's outcome to small changes of its values, and to H that is identified in its sampled loop.
+"""Robustness of a scenario's outcome to small changes of its values, and to the use of H identified in its loop.
 
-If such a change flips the outcome, the outcome is called *fragile*, because it depends as much on the digits of the
-input as on the machine.
+If such a change flips the outcome, the outcome is called *fragile*: it depends as much on the exact values of the input
+as on the machine.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Robustness(WarnedResult, DrawnResult):
 
     @property
     def flips(self) -> dict[str, str]:
-        """The decided outcomes that differ from the scenario's outcome, by change; empty if the latter is undecided."""
+        """Decided outcomes that differ from the scenario's, by change; empty if the scenario's outcome is undecided."""
         if AS_IT_IS in self.undecided:
             return {}
         differing = (row for row in self.rows if row.outcome != self.outcome and row.changed not in self.undecided)
@@ -191,7 +191,7 @@ def robustness(
 def _identified(
     scenario: Scenario, settings: Mapping[str, Raw], prepared: ScenarioPlan, flavour: Flavour
 ) -> ReceptanceTable:
-    """Return the receptances that are identified in a scenario's sampled loop at the speeds of its adaptation."""
+    """Return the receptances that are identified in a scenario's sampled loop at `identification_speeds`."""
     speeds = identification_speeds(prepared)
     identification = identify(speeds, scenario=scenario, set=settings, flavour=flavour, progress=False)
     for result in identification.results:
@@ -217,5 +217,5 @@ def _row(case: Variation, point: PointResult) -> RobustnessRow:
 
 
 def _at_places(values: Mapping[str, float], prefix: str) -> dict[str, float]:
-    """Return the values whose names begin with a prefix, by the place that follows this prefix."""
+    """Return the values whose names begin with a prefix, by the rest of the name, which is the place."""
     return {name.removeprefix(prefix): value for name, value in values.items() if name.startswith(prefix)}

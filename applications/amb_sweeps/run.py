@@ -68,7 +68,7 @@ class Sweep:
 
     @property
     def dataset(self) -> xr.Dataset:
-        """Metrics, outcome, reason and seconds of each point, over the axes."""
+        """Metrics, outcome, reason and run time of each point, over the axes."""
         return open_sweep(self.folder)
 
     @property
@@ -132,8 +132,8 @@ def sweep(
     vary
         Values by name: `{"Omega": "60:300 rpm:60"}`, `{"Omega": [90, 120]}`. Alternatives have a table of settings for
         each label; names joined by `&` have a sequence of values each. A name is a `component.variable`, a shared
-        signal, an event label followed by an input or by `cycle` or `time`, a field such as `unbalance_factor`,
-        `fmu.COMPONENT`, or `scenario`.
+        signal, an event label followed by an input or by `cycle` or `time`, a field (such as `unbalance_factor`),
+        `fmu.COMPONENT` or `scenario`.
     output
         Folder of the sweep, with `sweep.zarr`.
     sample, seed
@@ -160,7 +160,7 @@ def sweep(
     ValueError
         If a name, value or file is invalid, or the folder contains the sweep of another request.
     ClusterFailed
-        If the cluster ended before the sweep; earlier results are stored.
+        If the cluster ended before the sweep was complete; earlier results are stored.
     KeyboardInterrupt
         If the sweep was interrupted; earlier results are stored.
     """
@@ -200,7 +200,7 @@ def sweep(
 
 
 def _labels(scenario: Scenario, design: SamplePlan) -> tuple[str, ...]:
-    """Return the event labels of all scenarios of a sweep, those of each scenario in order of time."""
+    """Return the event labels of all scenarios of a sweep; the labels of each scenario are in order of time."""
     names = {str(name) for point in design.corners() if (name := design.settings(point).get("scenario"))}
     others = (load_scenario(name).labels for name in sorted(names))
     return tuple(dict.fromkeys((*scenario.labels, *chain.from_iterable(others))))
@@ -240,7 +240,7 @@ def _request(task: Task) -> dict[str, Any]:
 
 
 def _rotor_file(rotor: RotorSource) -> dict[str, Any] | None:
-    """Return the content of a scenario's rotor file, or None if it has no file or a rotor created in Python."""
+    """Return the content of a scenario's rotor file; None if there is none or it was created in Python."""
     if is_rotor(rotor):
         return None
     with suppress(ValueError):  # no pack has a rotor
@@ -271,7 +271,7 @@ def only_writer(folder: Path) -> Iterator[None]:
     Raises
     ------
     ValueError
-        If another process holds the lock, or the path of the lock is not a file; nothing is changed.
+        If another process holds the lock, or the path of the lock is not a file. In both cases, nothing is changed.
     """
     try:
         import fcntl

@@ -74,8 +74,8 @@ def sample_plan(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
         Variations; see `axes.read_variations`.
     sample
         `grid`, or `lhs:N` (Latin hypercube), `sobol:N` (Sobol sequence, scrambled) or `saltelli:N` (for the indices of
-        `sensitivity`), which draw N points of the ranges. These points are combined with each value of the other axes,
-        so all alternatives have the same samples.
+        `sensitivity`), which draw N points from the ranges. These points are combined with each value of the other
+        axes, so all alternatives have the same samples.
     seed
         Seed of the samples.
 
@@ -104,7 +104,7 @@ def sample_plan(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
 
 
 def sampled_axis(ranges: list[tuple[Range, ...]], shares: np.ndarray[Any, Any]) -> Axis:
-    """Return the axis of points at these fractions, shape (points, ranges), of the ranges."""
+    """Return the axis whose points lie at these fractions of the ranges, shape (points, ranges)."""
     columns = [part.at(of_range) for group, of_range in zip(ranges, shares.T, strict=True) for part in group]
     return Axis(SAMPLE, tuple(columns))
 

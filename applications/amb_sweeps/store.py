@@ -5,8 +5,8 @@
 
 A single process writes the store. Every chunk is a file with a checksum, and is replaced atomically. `outcome` is
 written last and shows which points have results, so a sweep that was killed at any moment can resume. Metadata of the
-arrays are stored twice, in a file per array and in a common file (`.zmetadata`), so damage to either is detected. Only
-temporary files of a killed process are removed.
+arrays are stored twice, in a file per array and in a common file (`.zmetadata`), so damage to either is detected. The
+only files that are removed are temporary files of a killed process.
 """
 
 from __future__ import annotations
@@ -187,7 +187,7 @@ class SweepStore:
         consolidate(self.path)
 
     def _write(self) -> None:
-        """Write the changed chunks, with those of the outcomes last."""
+        """Write the changed chunks; the chunks of the outcomes are written last."""
         for name in sorted(self._values, key=lambda name: name == "outcome"):
             for block in self._dirty:
                 rows = slice(block * self._rows, (block + 1) * self._rows)
@@ -195,7 +195,7 @@ class SweepStore:
         self._dirty.clear()
 
     def _array(self, name: str) -> Any:
-        """Return an array of the store; each is opened once."""
+        """Return an array of the store; each array is opened only once."""
         import zarr
 
         if name not in self._arrays:
@@ -228,7 +228,7 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
 def check_same(request: Mapping[str, Any], stored: Mapping[str, Any], folder: Path) -> None:
     """Raise ValueError if a request differs from the request of the sweep in a folder.
 
-    GUIDs depend on the rest of the request, the code, and files other than the rotor's. Differences of GUIDs are
+    GUIDs depend on the rest of the request, the code, and files other than the rotor file. Differences of GUIDs are
     therefore listed only if nothing else differs.
     """
     differences = list_differences({**stored, "guids": None}, {**request, "guids": None})

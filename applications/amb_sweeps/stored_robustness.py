@@ -23,7 +23,7 @@ HEAD = """\
 
 
 class StoredOutcome(Table):
-    """Outcome of a run and, by change, the outcomes of those variations whose outcome differs."""
+    """Outcome of a run and, by change, the outcomes of variations that end differently."""
 
     outcome: str
     flips: dict[str, str] = Field(default={})
@@ -42,7 +42,7 @@ class StoredOutcome(Table):
 
 @cache
 def load_robustness(pack: str) -> Mapping[str, StoredOutcome]:
-    """Return the stored robustness of a pack's runs, by the name of their scenario or of their statements' source.
+    """Return the stored robustness of a pack's runs, by the name of a scenario or of one of the statements' `sources`.
 
     Raises
     ------

@@ -116,7 +116,7 @@ def _times(values: Mapping[str, float]) -> Scaled:
 
 
 def _unbalance(plan: ScenarioPlan, settings: Mapping[str, Raw]) -> Scaled | str:
-    """Return a function that scales all unbalances, including those set by the user, or why this is impossible."""
+    """Return a function that scales all unbalances, including any set by the user; a text if there are none."""
     assignments = plan.assembly.assignments()
     first = {n: v for n, v in plan.inputs.items() if v and assignments.port(n).unit == UNBALANCE}
     later = [n for _, n, value in plan.events if value and assignments.port(n).unit == UNBALANCE]
@@ -131,13 +131,13 @@ def _unbalance(plan: ScenarioPlan, settings: Mapping[str, Raw]) -> Scaled | str:
 
 
 def _is_on(plan: ScenarioPlan, switch: str) -> bool:
-    """Return whether an input of the controller is on at any time of the run."""
+    """Return whether an input of the controller is on at any time during the run."""
     name = SWITCHES[switch]
     return bool(plan.inputs.get(name)) or any(value for _, changed, value in plan.events if changed == name)
 
 
 def _without_h(plan: ScenarioPlan) -> str:
-    """Return why a run has no variation with identified H; empty if the outcome depends on H."""
+    """Return the reason why a run has no variation with identified H; empty if the outcome depends on H."""
     if not _is_on(plan, "rolac_enable"):
         return "the synchronous control is off"
     if _is_on(plan, "identify"):

@@ -69,7 +69,7 @@ def read_group(path: Path, group: str = "") -> xr.Dataset:
                 announced += variable.size * variable.dtype.itemsize
                 if announced > max(MOST_UNPACKED * stored, MOST_MISSING):
                     raise ValueError(
-                        f"it declares {announced} bytes, but its {stored} bytes of chunks cannot hold them"
+                        f"it declares {announced} bytes of data, more than its {stored} bytes of chunks can hold"
                     )
                 variable.load()
             return dataset.load()

@@ -65,10 +65,10 @@ def fault_code(kind: int, axis: int, n_axes: int) -> int:
 
 @inlined_kernel
 def is_beyond_gap(axis: np.record, u: np.record) -> bool:
-    """Return whether the displacement of an axis is a fault: |x| >= l (air gap) with power, |x| >= 1.1 l without.
+    """Return whether the displacement of an axis is a fault: |x| >= l (air gap) with power, >= 1.1 l without power.
 
-    An energised magnet would pull the rotor into the stator. Without power the rotor may lie on the stator, where its
-    contact keeps |x| near l.
+    An energised magnet would pull the rotor into the stator. Without power the rotor may lie on the stator; contact
+    then keeps |x| near l.
     """
     limit = BEYOND_STATOR * axis.gap if u.amplifier_off != 0.0 else axis.gap
     return bool(abs(u.displacement) >= limit)
@@ -145,7 +145,7 @@ def working_share(turns: float, current: float, axis: np.record) -> float:
 
 @inlined_kernel
 def working_coils(axes: Axes, k: int, response: AxisResponse) -> Coils:
-    """Return the working turns of axis k, and its currents at the end of the step or averaged over the step."""
+    """Return the working turns of axis k, and its currents at the end of the step or, with `mean_current`, averaged."""
     axis, u, upper, lower = axes.parameters[k], axes.inputs[k], response.upper, response.lower
     above, below = (upper.mean, lower.mean) if axes.common[0].mean_current != 0.0 else (upper.current, lower.current)
     upper_turns = working_share(1.0 - u.coil_loss_upper, axis.static_current + axis.bias_current + above, axis)

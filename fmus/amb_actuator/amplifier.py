@@ -65,9 +65,9 @@ class CoilCourses(NamedTuple):
     last
         The rest of the step.
     voltage, per_current
-        Voltage (V) when the current reaches the target of the last part, and the additional voltage per remaining
-        change of the deviation (V/A). The voltage is R i + L di/dt, and di/dt is the rate times the remaining change,
-        so the second value is sign (L rate - R).
+        Coefficients (V, V/A) of the voltage in the last part: voltage + per_current (target - deviation). The voltage
+        is R i + L di/dt, and the deviation changes at the rate times (target - deviation), so `per_current` is sign (L
+        rate - R).
     limited
         1 if the voltage is at its limit at any time during the step, else 0.
     """

@@ -20,7 +20,7 @@ on the displacement:
     linear       v = i +- x K_s/K_i      F = K_i v
 
 The force is computed from the lagged v, so that F = G(s) (K_i I_c + K_s x) about the centre. The current of a coil pair
-is known over a step (`amplifier.Course`), and (2) is exact for it. The displacement is extrapolated to the middle of
+is known over a step (`amplifier.Course`), so (2) is solved exactly. The displacement is extrapolated to the middle of
 the step, with an error of second order. A change in the number of working turns changes the lagged flux at once.
 """
 

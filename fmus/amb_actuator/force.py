@@ -33,8 +33,8 @@ class Coils(NamedTuple):
 
     upper, lower
         Deviations of the two coil currents from the operating point (A). Both are positive if they increase the pull
-        towards positive x. Including the part of permanent magnets, the upper current is I_s + I_b + upper, and the
-        lower one is I_b - lower. In a healthy bearing both deviations equal I_c.
+        towards positive x. The upper current, including the part of permanent magnets, is I_s + I_b + upper; the lower
+        one is I_b - lower. In a healthy bearing both deviations equal I_c.
     upper_turns, lower_turns
         Working fractions of the turns, 0 to 1.
     """
@@ -83,7 +83,7 @@ def current_stiffness(p: np.record) -> float:
 
 @kernel
 def current_per_displacement(law: float, p: np.record) -> float:
-    """Return K_s/K_i of a linear law (A/m), the current that gives the force of a unit displacement; 0 if K_i = 0."""
+    """Return K_s/K_i of a linear law (A/m), the current with the same force as a unit displacement; 0 if K_i = 0."""
     k_s, k_i = negative_stiffness(p), current_stiffness(p)
     if law == MEASURED:
         k_s, k_i = p.k_s_measured, p.k_i_measured

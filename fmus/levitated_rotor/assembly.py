@@ -34,9 +34,9 @@ class Composite:
     parts
         Parts in the order in which they step.
     connections
-        The name of the output that feeds each connected input, by the name of the input.
+        For each connected input (key), the name of the output that feeds it.
     signals
-        The names of the part inputs that each shared signal feeds, by the name of the signal.
+        For each shared signal (key), the names of the part inputs that it feeds.
     step_size
         Communication step of the system (s).
     jacobi
@@ -95,7 +95,7 @@ class Composite:
 
     @property
     def sample_time(self) -> str:
-        """The parameter that divides steps: the sample time of the part that samples; empty unless one part does."""
+        """Name of the parameter that divides steps: the sample time of a part if it alone samples, else empty."""
         sampling = [p.name for p in self.parts if p.every == 1 and SAMPLE_TIME in p.model.interface.position]
         return f"{sampling[0]}.{SAMPLE_TIME}" if len(sampling) == 1 else ""
 
@@ -105,7 +105,7 @@ class Composite:
         return self.sources.get(full, full)
 
     def wiring(self) -> Wiring:
-        """Return the wiring, in which positions identify the variables."""
+        """Return the wiring, which identifies the variables by their positions."""
         position = {name: k for k, name in enumerate((*self.inputs, *self.outputs))}
         return Wiring(
             sources=tuple(position[source] for source in self.sources.values()),

@@ -21,7 +21,7 @@ Needs = dict[str, set[str] | None]  # variables of the assembly that an output n
 
 
 def renamed(composite: Composite, part: AssembledModel, sentence: str) -> str:
-    """Return a sentence about a part in which each `{name}` is replaced by the variable's name in the assembly."""
+    """Return a sentence about a part, with each `{name}` replaced by the variable's name in the assembly."""
     return re.sub(
         r"\{([^}]+)\}",
         lambda match: match[0] if match[1] == STEP_SIZE else f"{{{composite.named(part, match[1])}}}",
@@ -94,7 +94,7 @@ def _initial_dependencies(composite: Composite) -> Needs:
 
 
 def _traced_to_inputs(composite: Composite, needs: Needs) -> dict[str, tuple[str, ...] | None]:
-    """Return, for each output, the assembly's parameters and inputs on which it depends, even through other outputs."""
+    """Return, for each output, the assembly's parameters and inputs on which it depends, also through other outputs."""
     order = [name for part in composite.parts for name, _ in variables(part, "parameter")] + list(composite.inputs)
     result: dict[str, tuple[str, ...] | None] = {}
     for name in needs:

@@ -83,7 +83,7 @@ def compute(
 
 @inlined_kernel
 def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: LawMatrices) -> None:
-    """Take one sample: compute the errors, the demands and the states of the next sample."""
+    """Take one sample: compute the errors, the demands and the next sample's states."""
     head = state.head[0]
     bracket = compute(parameters, inputs, state, work, matrices, True)
     law.advance(matrices, bracket, state, work)

@@ -4,12 +4,12 @@
     u_lim = min(max(u, lower), upper),     x(n+1) += L (u_lim - u) / gain                              (2)
 
 **Wind-up.** Modes of A that decay within `slow_time`, such as filters and derivatives, recover from a limited demand by
-themselves. They continue to follow the measurement, because damping matters most while a demand is limited. Slow modes,
-such as integrators, do not recover. L acts only on the slow modes (back-calculation). While the demand is limited, the
-slow modes have the matrix A_s - L_s C_s in their coordinates xi = W x, where A_s = W A V, C_s = C V and L = V L_s. For
-each eigenvalue lambda of A_s, this matrix has the eigenvalue alpha^2 / conj(lambda) with alpha = exp(-T / slow_time).
-L_s is then the gain of a Kalman filter for A_s / alpha without process noise, so this feedback requires the least
-excess.
+themselves. They continue to follow the measurement, because they provide damping, which matters most while a demand is
+limited. Slow modes, such as integrators, do not recover. L acts only on the slow modes (back-calculation). While the
+demand is limited, the slow modes have the matrix A_s - L_s C_s in their coordinates xi = W x, where A_s = W A V, C_s =
+C V and L = V L_s. For each eigenvalue lambda of A_s, this matrix has the eigenvalue alpha^2 / conj(lambda) with alpha =
+exp(-T / slow_time). L_s is then the gain of a Kalman filter for A_s / alpha without process noise, which is the gain
+that requires the least excess.
 
 **Switching on.** While the law is off, its demands are `offset + feedforward`; filters follow the measurement, and slow
 modes are held at zero. At the sample that switches the law on, jump = u_last - u. The jump then fades as
@@ -33,7 +33,7 @@ from signal_chain.demands import converted, dac_of, within_converter
 
 @inlined_kernel
 def start_states(parameters: Parameters, matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
-    """Set the first sample's states to zero, or to steady state under the errors at the end of `work.law_inputs`."""
+    """Set the first sample's states to zero, or to steady state under the errors (last part of `work.law_inputs`)."""
     clear(state.x)
     if parameters.common[0].start_at_rest != 0.0:
         errors = work.law_inputs[state.x.shape[0] :]

@@ -134,7 +134,7 @@ def find_bracket(speeds: Array, Omega: float) -> TableRows:
 def add_blocks(blocks: Records, values: Array, factor: float, source: Array, target: Array) -> None:
     """Add the product of `factor`, a matrix and `source` to `target`.
 
-    Four columns are processed at once, which requires a quarter of the loads and stores of `target`. The sums of
+    Four columns are processed at once, which reduces the loads and stores of `target` to a quarter. The sums of
     different rows remain independent.
     """
     for k in range(blocks.shape[0]):

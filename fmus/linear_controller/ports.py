@@ -20,7 +20,7 @@ class Ports:
     Raises
     ------
     ValueError
-        If there are no signals or no demands, if there are too many, or if a name is not a variable name or occurs
+        If there are no signals or no demands, if there are too many, or if a name is not valid for a variable or occurs
         twice.
     """
 

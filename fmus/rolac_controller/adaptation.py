@@ -4,7 +4,7 @@ docs/theory/synchronous_control.md states the law. If Q = Q_0 + R U and H is com
 -alpha (U - U_opt). The forces approach the weighted least-squares optimum with the time constant 1/alpha, provided that
 1/alpha is much longer than the revolution over which Q is averaged.
 
-While adaptation is not permitted, the forces fade: U' = -fade U. When it resumes, the forces continue from the
+While adaptation is not permitted, the forces fade: U' = -fade U. When adaptation resumes, the forces continue from the
 remaining values, so they never jump.
 """
 

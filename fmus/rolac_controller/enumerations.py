@@ -60,7 +60,7 @@ class LastStages(NamedTuple):
 
 @kernel
 def last_stages(n_axes: int) -> LastStages:
-    """Return the last values of identification_state for this number of axes."""
+    """Return the values of identification_state that follow the slots of this number of axes."""
     slot_after = SLOT_BEFORE + 1 + n_axes
     return LastStages(slot_after, slot_after + 1, slot_after + 2)
 

@@ -63,8 +63,8 @@ def schroeder_phase(harmonics: Records, number: int) -> float:
 def force_component(harmonics: Records, number: int, multi: bool, scale: float, frequency: float) -> complex:
     """Return the complex amplitude of a harmonic of the test force (N).
 
-    A single harmonic has the amplitude A(f). Several harmonics have the amplitudes A sqrt(P), with A at the frequency
-    of each, so that the power is the same (5.14). Their phases follow Schroeder's rule (5.13).
+    A single harmonic has the amplitude A(f). Several harmonics have the amplitudes A sqrt(P), where A is evaluated at
+    each harmonic's frequency, so that the total power is the same (5.14). Their phases follow Schroeder's rule (5.13).
 
     Parameters
     ----------

@@ -137,7 +137,7 @@ def add_segment(window: Window, harmonics: Records, integral: Complex, number: f
     Returns
     -------
     float
-        The change of the angle that the sum covers (rad).
+        Change (rad) of the range of angles covered by the sum.
     """
     a, b = ring_index(number), ring_index(number + 1)
     width = angle_between(window.thetas[a], window.thetas[b])

@@ -81,7 +81,7 @@ def advance(parameters: Parameters, inputs: Inputs, state: State, work: Work, ta
     Parameters
     ----------
     state
-        Its `identification` changes.
+        The field `identification` is updated.
     work
         Contains the findings of this sample and the components Q of all harmonics.
     table

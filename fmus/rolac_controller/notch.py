@@ -9,8 +9,8 @@ controller (`inner_loop`). With Q = Q_0 + R U, it follows that E = E_0 + S^-1 U,
 
 reduces E to zero at the rate alpha. The current then has no synchronous part. R. Herzog, P. Buehler, C. Gaehler and R.
 Larsonneur, "Unbalance compensation using generalized notch filters in the multivariable feedback of magnetic bearings",
-IEEE Trans. Control Systems Technology 4 (1996). If C - K_s replaces C, the whole force of the bearing, K_s x + K_i I,
-vanishes, and the rotor rotates about its principal axis of inertia.
+IEEE Trans. Control Systems Technology 4 (1996). If C - K_s replaces C, the whole bearing force K_s x + K_i I vanishes.
+The rotor then rotates about its principal axis of inertia.
 """
 
 from __future__ import annotations

@@ -87,7 +87,7 @@ def pid_current(gains: np.record, direct: float, memory: np.record, setpoint: fl
 def limit_and_integrate(
     gains: np.record, memory: np.record, setpoint: float, demand: float, limits: Limits, sample_time: float
 ) -> float:
-    """Limit the demanded current (A) and return it; integrate the error unless this drives the demand further out."""
+    """Return the limited demand (A); integrate the error unless this moves the demand further beyond its limit."""
     error = memory.displacement - setpoint
     winds_up = (demand > limits.high and error < 0.0) or (demand < limits.low and error > 0.0)
     if not winds_up:

@@ -21,7 +21,7 @@ from rolac_controller.records import Inputs
 
 @inlined_kernel
 def predict(inputs: Inputs, prediction_time: float, time: float, head: np.record, last_displacements: Array) -> None:
-    """Extrapolate the angle and the displacements of the inputs, and store the original displacements.
+    """Extrapolate the angle and the displacements in the inputs, and store the original displacements.
 
     Parameters
     ----------

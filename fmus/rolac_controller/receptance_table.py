@@ -153,7 +153,7 @@ def find_bracket(table: TableViews | InnerLoop, order: float, speed: float) -> B
 
 @kernel
 def interpolate(lower: Complex, upper: Complex, weight: float, matrix: Complex) -> None:
-    """Interpolate linearly between two matrices of the same shape; `weight` is the weight of the upper one."""
+    """Interpolate linearly between two matrices of the same shape; `weight` is the weight of `upper`."""
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             matrix[i, j] = (1.0 - weight) * lower[i, j] + weight * upper[i, j]

@@ -15,7 +15,7 @@ CHECK_MEMORY = record(
 
 @kernel
 def suspect_sensor(displacements: Array, samples_of_revolution: float, memory: Records) -> int:
-    """Return the number of the first sensor whose reading was constant for a revolution while another one changed.
+    """Return the number of the first sensor whose reading was constant for a revolution while another reading changed.
 
     Numbers start from 1; 0 means that there is no such sensor.
 

@@ -13,7 +13,7 @@ from signal_chain.readings import SensorMemory, read
 
 @inlined_kernel
 def plane_weight(parameters: Parameters, plane: int, other: int) -> float:
-    """Return the weight with which the displacement at plane `other` contributes to that at the sensors of `plane`.
+    """Return the weight of the displacement at plane `other` in the displacement at the sensors of `plane`.
 
     Sensors may be offset axially from their plane. The assumed shape of the bent shaft is Lagrange's polynomial through
     the displacements at all planes.

@@ -47,7 +47,7 @@ N_HEAD, N_FINDINGS, N_PID, N_CHECK = (size_of(r) for r in (HEAD, FINDINGS, PID_M
 
 
 class State(NamedTuple):
-    """The state without the table of receptances in use, which follows it in the array.
+    """The state without the table of receptances in use; this table follows the state in the array.
 
     head
         Record HEAD, in an array of length 1.

@@ -31,7 +31,7 @@ from rolac_controller.state import State, Work
 
 @inlined_kernel
 def permitted_status(parameters: Parameters, inputs: Inputs, state: State, work: Work) -> int:
-    """Return the status of the synchronous control as far as it does not depend on the table."""
+    """Return the status of the synchronous control before the table is checked."""
     rolac, findings = parameters.common[0].rolac, work.findings[0]
     if not inputs.common[0].rolac_enable:
         return OFF
@@ -48,7 +48,7 @@ def permitted_status(parameters: Parameters, inputs: Inputs, state: State, work:
 def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
     """Advance the synchronous forces U by a sample.
 
-    They adapt only under ADAPTING, are constant under IDENTIFYING, and fade to zero under any other status.
+    They adapt only in the status ADAPTING, are constant in IDENTIFYING, and fade to zero in any other status.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""A communication step of a rotor that touches, or might touch, a face that stops it along its shaft.
+"""A communication step of a rotor that touches, or might touch, a face that limits its axial motion.
 
-The axial position z is advanced first (`axial_contact`). The forces of the seats follow from z. Under these forces
-everything else then moves, in pieces, or in substeps where the forces are not smooth. Both motions proceed in parts
+The axial position z is advanced first (`axial_contact`). The forces of the seats follow from z. All other motion is
+then advanced under these forces: in pieces, or in substeps if the forces are not smooth. Both motions proceed in parts
 that are short compared with the period of vibration on the stiffest ring, so that z and the lean of the shaft remain
 consistent.
 """
@@ -155,7 +155,7 @@ def _pass_pieces(
     Omega: float,
     memory: np.record,
 ) -> tuple[float, float, float]:
-    """Advance z over a part of a step by event-free pieces of level `part_level` or of the next shorter level.
+    """Advance z over a part of a step by event-free pieces of level `part_level` or of the next level, half as long.
 
     Returns the completed share of the part, and the angle and the speed of the rotor at the end of this share.
     """

@@ -138,14 +138,14 @@ def pairs_of_inputs(structure: Structure) -> int:
 
 @views
 def stage_size(n: int, n_sites: int, n_faces: int) -> int:
-    """Return the size of a row of `Workspace.stages`, which is even."""
+    """Return the size of a row of `Workspace.stages`, an even number."""
     size = 2 * n + N_INTEGRALS + N_SITE_INTEGRALS * n_sites + N_FACE_INTEGRALS * n_faces
     return size + size % 2
 
 
 @views
 def place_of_constant_speed(structure: Structure) -> int:
-    """Return the position in the state at which the constant speed begins."""
+    """Return the position of the constant speed's data in the state."""
     n_bearings, n_sites = structure.bearings.shape[0], structure.sites.shape[0]
     return N_HEAD + matrices_key_size(n_bearings, n_sites)
 
@@ -159,7 +159,7 @@ def place_of_sites(structure: Structure) -> int:
 
 @views
 def place_of_axial_motion(structure: Structure) -> int:
-    """Return the position in the state at which the motion along the shaft begins."""
+    """Return the position in the state at which the record of the motion along the shaft begins."""
     return place_of_sites(structure) + structure.sites.shape[0] * N_SITE_STATE
 
 
@@ -303,7 +303,7 @@ def hold_spin(z: Array, n: int) -> None:
 
 @kernel
 def load_sites(states: Records, scratch: Scratch) -> None:
-    """Set the modes of the sites from their states, and reset everything that a step collects."""
+    """Set the modes of the sites from their states, and reset everything that is collected over a step."""
     for k in range(states.shape[0]):
         for i in range(COLLECTED_FROM, COLLECTED_TO):
             scratch.site_rows[k, i] = 0.0
@@ -326,7 +326,7 @@ def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
 
 @kernel
 def load_faces(states: Records, w: Workspace) -> None:
-    """Set whether each face is pressed, as stored in its state, and reset everything that a step collects."""
+    """Set whether each face is pressed, as stored in its state, and reset everything that is collected over a step."""
     records = faces_of(w.faces, w.Minv.shape[0]).records
     numbers = part(w.faces, 0, REAL, (records.shape[0], N_FACE))
     for k in range(records.shape[0]):

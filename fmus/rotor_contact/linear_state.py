@@ -9,7 +9,7 @@ from rotor_contact.shaft.structure import structure_of
 
 
 def linear_state(constants: Array) -> LinearState:
-    """Return the positions in the state of the linear motion, the angle and the energies (see `LinearState`)."""
+    """Return the positions of the linear motion, the angle and the energies in the state (see `LinearState`)."""
     structure, names = structure_of(constants), HEAD.names or ()
     z = place_of_motion(structure)
     energy = names.index("initial_energy"), names.index("largest_energy")

@@ -3,10 +3,10 @@
 At a constant speed, a whole step is one product if no contact event occurs in it (`exact_motion`). Otherwise a piece
 covers a step, half a step, a quarter and so on, and begins where the last one ended. If its forces are not smooth, a
 shorter piece is tried; after a smooth piece, one of twice the length is tried. If a contact event occurs in a piece, or
-the step ends before the piece does, the piece is cut at that time (`piece_cut`), provided that it is short enough for a
-series of its motion. Otherwise, shorter pieces lead up to the event. `substeps` integrates the motion where the
-shortest piece cannot be solved, and wherever contact follows a force law, because the matrices do not contain such
-laws.
+the step ends before the piece does, the piece is cut at that time (`piece_cut`). This is possible if the piece is short
+enough for a series of its motion; otherwise, shorter pieces lead up to the event. `substeps` integrates the motion
+where the shortest piece cannot be solved, and wherever contact follows a force law, because the matrices do not contain
+such laws.
 """
 
 from __future__ import annotations

@@ -312,7 +312,7 @@ def model_for(planes: Planes) -> Model:
 
 
 def _stable(planes: Planes) -> str:
-    """Return the first advice for a rotor whose modes require shorter substeps than usual; empty for other rotors."""
+    """Return advice for a rotor whose modes require shorter substeps than usual; empty for other rotors."""
     if planes.max_substep >= Planes.max_substep:
         return ""
     return (

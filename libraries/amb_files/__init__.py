@@ -1,1 +1,1 @@
-"""User files: checks TOML against a declared form, and writes files and folders atomically."""
+"""Handles user files: checks TOML against a declared form, and writes files and folders atomically."""

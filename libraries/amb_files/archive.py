@@ -1,4 +1,4 @@
-"""Zip archives: writes them reproducibly, and unpacks them after a check."""
+"""Writes zip archives reproducibly, and unpacks them after a check."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
 
 
 def _entries(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
-    """Return the entries of an archive; `/` replaces backslashes in their names, which some Windows tools write."""
+    """Return the entries of an archive; backslashes, which some Windows tools write into names, are replaced by `/`."""
     entries = archive.infolist()
     for entry in entries:
         entry.filename = entry.filename.replace("\\", "/")
@@ -106,7 +106,7 @@ def _check(archive: zipfile.ZipFile, entries: list[zipfile.ZipInfo]) -> None:
 
 
 def _shortened(error: Exception) -> str:
-    """Return the text of an error in a single short line; the text may contain a damaged name."""
+    """Return the text of an error as a short line, with `?` for unprintable characters of damaged names."""
     text = "".join(letter if letter.isprintable() else "?" for letter in str(error) or type(error).__name__)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 

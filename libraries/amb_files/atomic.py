@@ -44,9 +44,9 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def plain_file(folder: Path, name: str) -> Path:
-    """Return the path of a file that a program writes into a folder under a name that the program chose.
+    """Return the path of a file in a folder; the name of the file was chosen by the program, not by the user.
 
-    If a link has this name, it is removed: it could lead to a device that the user did not name.
+    A link of this name is removed, because it could point to a device that the user did not name.
     """
     path = folder / name
     if path.is_symlink():
@@ -137,7 +137,7 @@ def is_special(path: Path) -> bool:
 
 @contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Make errors of the operating system name the output if they would name a temporary file or no file."""
+    """Name the output in errors of the operating system that name a temporary file or no file."""
     try:
         yield
     except OSError as error:

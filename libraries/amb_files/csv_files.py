@@ -177,7 +177,7 @@ def _used(row: list[str]) -> int:
 
 
 def _separator(text: str) -> str:
-    """Return the separator that divides the first rows into equally many cells, or else the one with most headings."""
+    """Return the separator that divides the first rows into equally many cells, or else that with most headings."""
     end = text.rfind("\n", 0, SAMPLED)
     sample = text if len(text) <= SAMPLED or end < 0 else text[: end + 1]
     lengths = {sep: [len(row) for row in islice(_rows(sample, sep), SAMPLED_ROWS)] for sep in SEPARATORS}
@@ -197,7 +197,7 @@ def _with_points(rows: Rows, name: str) -> Rows:
         return rows
     if point := next((item for row in rows for cell in row for item in cell.split() if POINT.fullmatch(item)), ""):
         raise ValueError(
-            f"{name} has numbers with a decimal point, {point}, and with a comma, {commas[0]}; use only points"
+            f"{name} has numbers with decimal points ({point}) and decimal commas ({commas[0]}); use only points"
         )
     if all(map(GROUP.fullmatch, commas)):
         value = commas[0].replace(",", "")
@@ -210,6 +210,6 @@ def _is_grouped(item: str) -> bool:
 
 
 def _plain(cell: str) -> str:
-    """Return a cell; if it consists of numbers separated by blanks, points replace their commas."""
+    """Return a cell; if it contains only numbers, separated by blanks, replace its decimal commas by points."""
     items: Sequence[str] = cell.split()
     return cell.replace(",", ".") if all(COMMA.fullmatch(i) or re.fullmatch(r"[+-]?\d+", i) for i in items) else cell

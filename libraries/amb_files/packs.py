@@ -1,4 +1,4 @@
-"""Packs: packages with the data of a machine or from a publication, which are found by their entry points.
+"""Packs: packages, found by their entry points, that contain the data of a machine or a publication.
 
 A distribution that declares
 
@@ -76,7 +76,7 @@ def _name_of(distribution: Distribution | None) -> str:
 
 
 def pack_of(file: Path) -> str:
-    """Return the name of the pack that contains a file, either in its folder or directly in a subfolder."""
+    """Return the name of the pack whose folder, or an immediate subfolder of it, contains a file."""
     parents = file.parent, file.parents[1]
     return next((pack for pack, folder in packs().items() if folder in parents), file.parents[1].name)
 
@@ -125,10 +125,10 @@ def applications() -> dict[str, Path]:
 
 
 class PackFiles(Mapping[str, Path]):
-    """TOML files in folders of packs, by their names without the suffix and in the order of the packs.
+    """TOML files in folders of packs, keyed by name without the suffix, in the order of the packs.
 
     A name that occurs in two packs is not listed, and using it raises ValueError. However, if a `general` package has a
-    file with this name, the name refers to that file. To look up a file, no folder is listed, because some folders
+    file with this name, the name refers to that file. Looking up a name does not list any folder, because some folders
     contain thousands of files.
 
     Parameters
@@ -162,9 +162,9 @@ class PackFiles(Mapping[str, Path]):
         return sum(1 for _ in self)
 
     def in_pack_of(self, user: Path, name: str) -> Path | None:
-        """Return the file of a name that several packs use from the pack of the file `user`, or None if it has none.
+        """Return the file of an ambiguous name in the pack of the file `user`, or None if that pack has no such file.
 
-        In a file of a pack, such a name refers to the file of the same pack, whatever names other packs use.
+        A name is ambiguous if several packs use it; in a file of a pack, such a name refers to the file in that pack.
         """
         owners = self._having(name)
         folders = (self._folders[owner] for owner in owners if self._folders[owner].parent == user.parent.parent)
@@ -211,10 +211,10 @@ def files_of(kind: str, **general: Path) -> PackFiles:
 
 @cache
 def modules_of(name: str, *needed: str) -> dict[str, ModuleType]:
-    """Import the module `name` of each application and pack that has one; return them by application or pack.
+    """Import the module `name` of each application and pack that has it; return the modules by application or pack.
 
     Applications come first. A module is skipped with a warning if it cannot be imported, or if it lacks one of the
-    `needed` names and so has another purpose.
+    `needed` names because it has another purpose.
     """
     homes = {
         package: (f"application {_quoted(package)}", package, folder) for package, folder in applications().items()
@@ -236,7 +236,7 @@ def modules_of(name: str, *needed: str) -> dict[str, ModuleType]:
 
 
 def reason(error: BaseException) -> str:
-    """Return the type of an error in third-party code and its message, if it has one, quoted and shortened."""
+    """Return the type and the message of an error in third-party code, quoted and shortened."""
     try:
         text = f"{type(error).__name__}: {error}"
     except Exception:  # of its own method __str__

@@ -1,4 +1,4 @@
-"""Checks that speeds and frequencies in files, except 0, have units; without one, rpm, Hz or rad/s could be meant.
+"""Checks that nonzero speeds and frequencies in files have units; a bare number could mean rpm, Hz or rad/s.
 
 In Python, a number without a unit is in rad/s.
 """

@@ -11,7 +11,7 @@ MOST_LISTED = 12
 def suggest(name: str, options: Iterable[str]) -> str:
     """Suggest the options closest to `name`; if none is close, list the first `MOST_LISTED` options.
 
-    If none of these options has the prefix of `name` (such as `hub.` for `hub.unbalance`), options that have it are
+    If none of these options has the prefix of `name` (such as `hub.` for `hub.unbalance`), options with this prefix are
     added. The returned text is the second half of a message.
 
     Examples

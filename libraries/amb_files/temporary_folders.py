@@ -79,7 +79,7 @@ def _remove_abandoned(parent: Path) -> None:
 
 
 def _lock(folder: Path, wait: bool) -> int | None:
-    """Lock a folder and return a descriptor for `_unlock`; raise OSError if it is locked and `wait` is false."""
+    """Lock a folder and return a descriptor for `_unlock`; raise OSError for a locked folder if `wait` is false."""
     if sys.platform == "win32":
         return None
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)

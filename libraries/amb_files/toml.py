@@ -117,7 +117,7 @@ def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
 def read_text(source: Path | Traversable, name: str, largest: int = LARGEST) -> str:
     """Return the text of a file without its byte order mark; for arguments and errors see `read_bytes`.
 
-    The file is UTF-8, or UTF-16 with a byte order mark, which editors and shells of Windows write.
+    The file is UTF-8 or, as editors and shells of Windows write it, UTF-16 with a byte order mark.
     """
     content = read_bytes(source, name, largest)
     encoding = "utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig"

@@ -40,10 +40,10 @@ def user_cache() -> Path:
 
 
 def is_private(folder: Path) -> bool:
-    """Return whether a folder belongs to this user, and only root and the user can change or replace it.
+    """Return whether a folder belongs to this user and can be changed or replaced only by root and the user.
 
-    A group whose only member is the user counts as the user. Parents may include a folder such as /tmp, where only the
-    owner of an entry can rename it.
+    A group whose only member is the user counts as the user. A parent folder may be writable by others if, as in /tmp,
+    only the owner of an entry can rename it.
     """
     if not hasattr(os, "geteuid"):  # Windows: the profile is the user's
         return True

@@ -188,7 +188,7 @@ def _shortened(value: object) -> str:
 
 
 def _place(keys: Location, data: object) -> str:
-    """Return a key path such as `bodies[2].mass (d3)`; the name is that of the innermost list item that has one."""
+    """Return a key path such as `bodies[2].mass (d3)`, where `d3` names the innermost list item that has a name."""
     text, name = "", ""
     for depth, key in enumerate(keys):
         text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key

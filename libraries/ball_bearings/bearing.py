@@ -49,7 +49,7 @@ class BallBearing:
     balls, ball_diameter, pitch_diameter
         Number of balls per row, ball diameter D (m) and pitch diameter d_m (m).
     conformity
-        Groove radii of the inner and outer race divided by D, f_i and f_o.
+        Ratios f_i and f_o of the groove radii of the inner and outer race to D.
     rows
         Number of rows, 1 or 2. Back-to-back and face-to-face arrangements differ only under moments, which are not
         modelled.
@@ -87,16 +87,17 @@ class BallBearing:
         degrees = math.degrees(self.contact_angle)
         require(0.0 <= degrees <= 45.0, "contact_angle", f"{degrees:g} deg", ">= 0 deg and <= 45 deg")
         if self.contact_angle > 0.0:
-            require(self.rows == 2, "rows", f"{self.rows}", "2 with a contact angle")
-            require(self.clearance == 0.0, "clearance", f"{self.clearance:g} m", "0 m with a contact angle")
+            require(self.rows == 2, "rows", f"{self.rows}", "2 if contact_angle > 0 deg")
+            require(self.clearance == 0.0, "clearance", f"{self.clearance:g} m", "0 m if contact_angle > 0 deg")
         else:
-            require(self.preload == 0.0, "preload", f"{self.preload:g} N", "0 N without a contact angle")
+            require(self.preload == 0.0, "preload", f"{self.preload:g} N", "0 N if contact_angle = 0 deg")
         require(self.preload >= 0.0, "preload", f"{self.preload:g} N", ">= 0 N")
         require(self.clearance < D, "clearance", f"{self.clearance:g} m", f"< ball_diameter = {D:g} m")
         pressure = self.pressure(float(np.max(self.ball_loads(np.zeros(3)))))
         what, value = ("preload", f"{self.preload:g} N") if self.preload else ("clearance", f"{self.clearance:g} m")
         allowed = (
-            f"smaller: with it, the pressure at rest is {pressure / 1e6:.0f} MPa, and 4200 MPa leaves permanent marks"
+            f"smaller: with this value, the pressure at rest is {pressure / 1e6:.0f} MPa, and 4200 MPa leaves "
+            "permanent marks"
         )
         require(pressure < PRESSURE_LIMIT, what, value, allowed)
 

@@ -1,8 +1,8 @@
 """Selects the copy of the model code that an FMU runs; this file is at the top of the FMU's resources.
 
-All pythonfmu FMUs of a process share one `sys.modules`. An installed package is preferred if the FMU was built from
-exactly that code, because its compiled kernels are cached on disk. Otherwise, the copy in the FMU is used. If the
-process already runs another version of the code, the FMU is refused, because it would silently run that version.
+All pythonfmu FMUs of a process share one `sys.modules`. If the FMU was built from exactly the code of an installed
+package, that package is used, because its compiled kernels are cached on disk. Otherwise, the copy in the FMU is used.
+If the process already runs another version of the code, the FMU is refused, because it would silently run that version.
 """
 
 import hashlib
@@ -45,8 +45,8 @@ _running: dict[str, str] = {}
 def choose_code(script: dict[str, Any]) -> None:
     """Make the packages of an FMU importable; its script calls this first, with its `globals()`.
 
-    Packages that are already loaded remain loaded. `refuse_other_code` checks later whether the FMU was built from
-    them, because pythonfmu drops the text of an error that is raised here.
+    Packages that are already loaded remain loaded. `refuse_other_code` later checks whether the FMU was built from the
+    loaded packages. The check is not made here, because pythonfmu drops the text of errors that this function raises.
     """
     _script_globals.append(script)
     # pythonfmu puts the resources first; `__file__` would name the folder of the first FMU of this kind.

@@ -96,8 +96,8 @@ class Interface:
         Raises
         ------
         ValueError
-            If an output initially depends on parts that the interface lacks. This interface should contain every kind
-            of part, so such parts would be missing in every other interface of the model, too.
+            If an output initially depends on parts that the interface lacks. Because this interface should contain
+            every kind of part, such parts do not exist in any interface of the model.
         """
         for v in self.of("output"):
             missing = [name for name in _declared_dependencies(v) or () if self._lacks(name)]
@@ -215,8 +215,9 @@ def repeated(
     members
         For each part, the arguments of `declare`.
     declare
-        Function that returns the variables of a part. Within the record of a part, a variable is called by its `field`
-        or, by default, by its name after the last dot. If its `field` is `"."`, the variable is the whole part.
+        Function that returns the variables of a part. Within the record of a part, the name of a variable is its
+        `field` or, by default, the end of its full name after the last dot. If its `field` is `"."`, the variable is
+        the whole part.
     shape
         Shape of the array; the default is (len(members),).
     array

@@ -1,4 +1,4 @@
-"""Decorators for model kernels, which are compiled if numba is installed, and plain Python otherwise."""
+"""Decorators for model kernels, which are compiled if numba is installed, and run as plain Python otherwise."""
 
 from __future__ import annotations
 
@@ -75,8 +75,8 @@ def views(function: F) -> F:
 
     The decorator also suits formulas that both kernels and Python code evaluate. The function is inlined into the
     machine code of its callers. Numba's own inlining is not used, because it infers the types at every call; for the
-    plant, this takes two fifths of the compile time. In contrast, a kernel cannot return a view to Python, because it
-    does not own the memory.
+    plant, this takes two fifths of the compile time. In contrast, a kernel cannot return a view to Python, because the
+    kernel does not own the memory of the view.
     """
     return numba.extending.register_jitable(forceinline=True, **KERNEL_OPTIONS)(function) if COMPILED else function
 

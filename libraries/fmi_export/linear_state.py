@@ -9,7 +9,7 @@ class LinearState(NamedTuple):
     """Positions in the state of a model.
 
     rows
-        Begin and end (exclusive) of each range of numbers that obey x(n+1) = A x(n) + B u(n) + f(theta) as long as no
+        Start and end (exclusive) of each range of numbers that obey x(n+1) = A x(n) + B u(n) + f(theta) as long as no
         limit is active. A and B are constant, and f is a first harmonic of the angle.
     angle
         Position of the angle theta (rad), which grows by the same amount in every step; None if the state has no angle.

@@ -102,7 +102,7 @@ class Model:
 
     @property
     def compiled(self) -> tuple[Model, ...]:
-        """The models whose kernels the FMU calls: the different models of its parts, sorted by name, or this model."""
+        """The models whose kernels the FMU calls: those of its parts, sorted by name; this model if it has no parts."""
         models = {part.model.name: part.model for part in self.parts}
         return tuple(models[name] for name in sorted(models)) or (self,)
 

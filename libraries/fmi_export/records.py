@@ -37,7 +37,7 @@ def record_of(places: Iterable[str]) -> np.dtype[np.record]:
     Raises
     ------
     ValueError
-        If a name does not have the form described for the module, or numbers of a record or array are not adjacent.
+        If a name does not have the form described for the module, or if numbers of a record or array are not adjacent.
     """
     paths = [_parse(place) for place in places]
     dtype = _dtype(paths)
@@ -45,7 +45,7 @@ def record_of(places: Iterable[str]) -> np.dtype[np.record]:
         if _offset(dtype, path) != 8 * position:
             raise ValueError(f"{_text(path)} must be next to the other numbers of its record or array")
     if dtype.itemsize != 8 * len(paths):
-        raise ValueError(f"{len(paths)} numbers do not fill their record; an element of an array has no number")
+        raise ValueError(f"{len(paths)} numbers do not fill their record; the number of an array element is missing")
     return dtype
 
 
@@ -73,7 +73,7 @@ def _field(name: str, paths: list[Path]) -> tuple[str, object] | tuple[str, obje
     if None in elements:
         return name, dtypes[0]
     if any(dtype != dtypes[0] for dtype in dtypes):
-        raise ValueError(f"the elements of {name} are not alike")
+        raise ValueError(f"the elements of {name} must have the same structure")
     return name, dtypes[0], tuple(int(n) + 1 for n in np.max(np.array(list(elements)), axis=0))
 
 

@@ -90,7 +90,7 @@ def analysis_model(
 def _space(
     rotor: FreeRotor, full: Matrices, count: int, nodes: tuple[int, ...], speed: float, accuracy: float
 ) -> ShapeSpace:
-    """Return the space that first elastic modes, all residual shapes of forces at nodes, and spinning shapes span."""
+    """Return the span of the first elastic modes, all residual shapes of forces at nodes, and spinning shapes."""
     space = space_with_residuals(rotor, count, nodes)
     if not speed:
         return space

@@ -102,7 +102,8 @@ class Matrices:
         """
         if node not in self.translations:
             raise ValueError(
-                f"the model has no translations of node {node}; it has those of nodes {sorted(self.translations)}"
+                f"the model has no translations of node {node}; it has translations of nodes "
+                f"{sorted(self.translations)}"
             )
         at = np.ix_(self.translations[node], self.translations[node])
         M, K, C = self.M.copy(), self.K.copy(), self.C.copy()
@@ -115,7 +116,7 @@ class Matrices:
         """Return the maps from the coordinates to x' and y' of a node, and from moments at it to the coordinates."""
         if node not in self.translations and self.slopes is None:
             raise ValueError(
-                f"the model has no slopes of node {node}; it has those of nodes {sorted(self.translations)}"
+                f"the model has no slopes of node {node}; it has slopes of nodes {sorted(self.translations)}"
             )
         if self.slopes is None:
             selection = np.eye(self.size)[[row + 2 for row in self.translations[node]]]
@@ -124,7 +125,7 @@ class Matrices:
         return self.slopes[0][rows], self.slopes[1][:, rows]
 
     def with_moments(self, tilting: Bearing) -> Matrices:
-        """Add the moments of `Bearing.tilting` at its node: left K_t right, left C_t right (maps of `slopes_at`)."""
+        """Add `Bearing.tilting` at its node, with the terms left K_t right and left C_t right (see `slopes_at`)."""
         right, left = self.slopes_at(tilting.node)
         if tilting.at_speed:
             return replace(self, over_speed=(*self.over_speed, AttachedBearing(tilting, right, left)))
@@ -230,7 +231,7 @@ def element_matrices(element: Element, mass: MassModel) -> tuple[Array, Array, A
 
 
 def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:
-    """Return `model` with the bearings and seals of `rotor`; `Matrices.at` adds those that depend on speed."""
+    """Return `model` with the bearings and seals of `rotor`; `Matrices.at` adds the speed-dependent ones."""
     return with_bearings(model, (*rotor.bearings, *rotor.seals))
 
 

@@ -28,7 +28,7 @@ N_RIGID = 2  # modes of the free rotor in a single plane: translation and tiltin
 class Damping:
     """Damping of a rotor without its bearings: the sum of all contributions.
 
-    Rotating damping, for example in the material or in fits, drives whirl that is slower than the spin.
+    Rotating damping, for example of the material or of shrink fits, drives whirl that is slower than the spin.
     """
 
     mass: Rate = 0.0
@@ -40,11 +40,12 @@ class Damping:
     modes.
     """
     loss_factor: Ratio = 0.0
-    """eta = energy loss per cycle / (2 pi maximum strain energy) of hysteretic material damping. Runs and models of the
-    control loop replace it by viscous damping with the same loss in the elastic modes of the free rotor at rest.
+    """Loss factor eta of hysteretic material damping: energy loss per cycle / (2 pi maximum strain energy). Runs and
+    models of the control loop replace this damping by viscous damping with the same loss in the elastic modes of the
+    free rotor at rest.
     """
     rotating: Share = 1.0
-    """Share of the damping, without `mass`, that rotates with the shaft."""
+    """Share of the damping that rotates with the shaft; damping by `mass` never rotates."""
 
     def ratios(self, count: int) -> Array:
         """Return the damping ratios `modal` of the first `count` elastic modes, shape (count,)."""
@@ -53,7 +54,7 @@ class Damping:
 
 
 def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
-    """Return the elastic modes of a free rotor in a single plane, which satisfy K phi = omega^2 M phi.
+    """Return the elastic modes, K phi = omega^2 M phi, of a free rotor in a single plane.
 
     Parameters
     ----------

@@ -109,13 +109,13 @@ def free_rotor(full: Matrices) -> FreeRotor:
 
 
 def _rigid_motions(M: Array, shapes: Array) -> Array:
-    """Return R, with R^T M R = 1, in the space that two shapes span."""
+    """Return R, with R^T M R = 1, in the space spanned by two shapes."""
     L = np.linalg.cholesky(shapes.T @ M @ shapes)
     return np.asarray(np.linalg.solve(L, shapes.T).T)
 
 
 def residual_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...], negligible: float) -> ResidualModes:
-    """Return, as modes, the residual attachment shapes of forces at nodes beyond the first `count` elastic modes.
+    """Return, as modes, the residual attachment shapes that forces at nodes add to the first `count` elastic modes.
 
     A combination of forces gets no shape if its residual flexibility is a negligible share of the whole elastic
     flexibility, because the frequency of such a shape would be high. An example is a pair of opposite forces at

@@ -3,10 +3,10 @@
     [-omega^2 M + i omega (C + Omega G) + K + D - L F(i omega) R] q = L f,   x = R q                  (1)
 
 M, C, G, K and D describe the rotor on all bearings that F does not contain. The rotor is reduced to its free modes up
-to some frequency and the residual shapes of the nodes where forces act (`free_rotor`). R maps the coordinates to the
-displacements of all nodes and of the centres of mass off their nodes; L maps forces at these points to the coordinates.
-F(i omega) maps displacements to the forces of magnetic bearings. A rotor with a thrust disc also moves along its shaft
-as a free rigid mass. This motion is the last row of x, which only F couples to the other rows.
+to some frequency, and to the residual shapes of the nodes where forces act (`free_rotor`). R maps the coordinates to
+the displacements of all nodes and of the centres of mass off their nodes; L maps forces at these points to the
+coordinates. F(i omega) maps displacements to the forces of magnetic bearings. A rotor with a thrust disc also moves
+along its shaft as a free rigid mass. This motion is the last row of x, which only F couples to the other rows.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ LEAST_MODES = 10  # for gyroscopic moments, which couple modes
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """The map F of (1) from displacements to forces, at some rows; the rows are x and y of each node in turn.
+    """The map F of (1) from displacements to forces, for some of the rows, which are x and y of each node in turn.
 
     rows, columns
-        Rows of the forces (N) and of the displacements (m); forces at the same row add up.
+        Rows of the forces (N) and of the displacements (m); forces in the same row are added.
     at
         Function that takes frequencies (rad/s) of shape (n,) and returns F with the shape (n, rows, columns).
     """
@@ -47,7 +47,7 @@ class Forces:
 
 @dataclass(frozen=True, eq=False)
 class HarmonicModel:
-    """A reduced rotor, with its matrices of (1).
+    """A reduced rotor with its matrices in (1).
 
     model
         The rotor on its bearings, without the bearings whose forces F contains.
@@ -72,8 +72,8 @@ class HarmonicModel:
     def stiffness(self, omegas: Array, Omega: float, forces: Forces | None = None) -> Complex:
         """Return the matrix of (1) at frequencies and a spin speed (rad/s), shape (n, size, size).
 
-        The product with F uses only the rows and columns of F, because including those of all nodes would take most of
-        the computing time of a response.
+        The product with F uses only the rows and columns of F, because including the rows and columns of all nodes
+        would take most of the computing time of a response.
         """
         stiffness = dynamic_stiffness(self.model, Omega, omegas)
         if self.axial_mass:
@@ -86,7 +86,7 @@ class HarmonicModel:
     def response(
         self, omegas: Array, Omega: float, inputs: Array | Complex, outputs: Array, forces: Forces | None
     ) -> Complex:
-        """Return the outputs due to unit inputs by (1), shape (n, outputs, inputs).
+        """Return the outputs due to unit inputs, computed by (1), shape (n, outputs, inputs).
 
         Parameters
         ----------

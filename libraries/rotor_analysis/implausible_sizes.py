@@ -19,8 +19,8 @@ LIGHTEST, MASSLESS = 100.0, 0.5  # kg/m3, of the densest material; less stands f
 def implausible_sizes(rotor: Rotor) -> tuple[str, ...]:
     """Return a sentence for each kind of size that is implausible: lengths, masses, inertias, materials.
 
-    A disc with the mass and polar inertia of a body has the radius r, and a rod with its mass and diametral inertia has
-    the length l:
+    A disc with the mass and polar inertia of a body has the radius r; a rod with the mass and diametral inertia of the
+    body has the length l:
 
         r = sqrt(2 I_p/m),   l = sqrt(12 I_d/m)                                                            (1)
     """

@@ -171,7 +171,7 @@ def reduce_to_shapes(full: Matrices, space: ShapeSpace, places: tuple[int, ...])
         If the shapes do not distinguish the points.
     """
     if _independence(space, places) < LEAST_INDEPENDENCE:
-        what = f"the {len(space.frequencies)} shapes in a plane of motion cannot distinguish them"
+        what = f"the {len(space.frequencies)} shapes in a plane of motion cannot distinguish these places"
         raise ValueError(
             f"places at nodes {list(places)} are not allowed; {what}: retain more modes, or merge the places"
         )

@@ -72,8 +72,8 @@ class ModeReach:
     def deciding(self) -> BearingReach:
         """The bearing that drives the mode most, if any does; otherwise the bearing with the largest reach.
 
-        A bearing with a reach below -`REACHED` drives the mode; to damp this mode, its law would need the opposite
-        phase.
+        A bearing with a reach below -`REACHED` drives the mode; to damp this mode, the law of the bearing would need
+        the opposite phase.
         """
         worst = min(self.bearings, key=lambda bearing: bearing.value)
         return worst if worst.value < -REACHED else max(self.bearings, key=lambda bearing: bearing.value)

@@ -62,7 +62,7 @@ class CentreOfMass(NamedTuple):
 
 
 Point = int | CentreOfMass
-"""A node number, or a centre of mass off its node."""
+"""A node number, or a centre of mass that lies off its node."""
 
 
 def seat(point: Point) -> int:
@@ -198,13 +198,13 @@ class Bearing(_Placed):
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft gets a node there."""
     at_speed: tuple[AtSpeed, ...] = ()
-    """Coefficients at ascending spin speeds, instead of those above; interpolated monotonically, constant outside the
-    range."""
+    """Coefficients at ascending spin speeds, instead of constant ones. They are interpolated monotonically, and
+    constant outside the range of speeds."""
     mass: Annotated[TensorOrNumber, Unit("kg")] = NO_TENSOR
     """2 x 2 mass that moves with the shaft (of a fluid), or a number (kg)."""
     whirl_frequency: Annotated[Speed, Ge(0.0)] | None = None
-    """Whirl frequency at which frequency-dependent coefficients were taken; results report it. In a file, a text with
-    its unit, such as `"75 Hz"`."""
+    """Whirl frequency at which frequency-dependent coefficients have these values; results report it. In a file, a text
+    with its unit, such as `"75 Hz"`."""
     tilt_stiffness: Annotated[TensorOrNumber, Unit("N m/rad")] = NO_TENSOR
     """2 x 2 stiffness against tilt [[xx, xy], [yx, yy]] or a number (N m/rad). A negative stiffness increases
     the tilt."""

@@ -38,9 +38,9 @@ class Peak:
 def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
     """Return the peaks of a response, each with its amplification according to the half-power width.
 
-    A maximum is a peak only if, on at least one side, the amplitude falls to 1/sqrt(2) of it before rising above it.
-    Between samples, the inverse square of the amplitude is interpolated, because this inverse is a parabola near a
-    resonance.
+    A maximum is a peak only if, on at least one side, the amplitude falls to 1/sqrt(2) of the maximum before rising
+    above the maximum. Between samples, the inverse square of the amplitude is interpolated, because this inverse is a
+    parabola near a resonance.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def highest_peaks(speeds: Array, curves: Mapping[str, Array]) -> list[tuple[str,
 
 
 def _crossing(speeds: Array, values: Array, level: float, lowest: float) -> float | None:
-    """Return the first speed at which `values` reach `level`; None if they never do, or first fall below `lowest`."""
+    """Return the first speed at which `values` reach `level`; None if they never do or fall below `lowest` before."""
     beyond = np.flatnonzero(values >= level)
     if not len(beyond) or values[: beyond[0]].min() < lowest * (1.0 - 1e-6):
         return None

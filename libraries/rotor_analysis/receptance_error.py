@@ -1,4 +1,4 @@
-"""Error of a reduced rotor's receptance relative to the full model, and the frequency up to which it is small."""
+"""Error of a reduced rotor's receptance relative to the full model; frequency up to which this error is small."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def receptance_error(rotor: Rotor) -> ReceptanceError | None:
 def _error(
     full: Matrices, free: FreeRotor, plant: Reduction, nodes: tuple[int, ...], omega: float, spin: float
 ) -> float:
-    """Return the error (1) at a frequency and a spin speed (rad/s); a negative spin is against the whirl."""
+    """Return the error (1) at a frequency and a spin speed (rad/s); a negative spin is opposite to the whirl."""
     rows = full.rows(nodes)[::2]
     right, left = plant.right[rows, ::2], plant.left[::2, rows]
     places = free.rows(nodes)

@@ -64,9 +64,10 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
     """Return the plant's model of the free rotor, without its bearings.
 
     The translations x and y of some planes come first, in order, followed by the other coordinates. With free modes,
-    the planes are those of bearings and sites; with MSDC, they are the masters. Without reduction, or with free modes
-    if some node has no inertia, the coordinates are x, y and the slopes x', y' of every node. By default MSDC's masters
-    are the planes of discs, bearings, seals, sites and sensors, and as many others as the first modes require.
+    the planes are those of bearings and sites; with MSDC, they are the masters. If the rotor is not reduced, or has a
+    node without inertia although free modes are requested, the coordinates are x, y and the slopes x', y' of every
+    node. By default MSDC's masters are the planes of discs, bearings, seals, sites and sensors, and as many others as
+    the first modes require.
 
     Parameters
     ----------
@@ -152,8 +153,8 @@ def valid_to(full: Matrices, reduced: Matrices) -> float:
     """Return the frequency (rad/s) up to which a reduction of the free rotor is valid.
 
     The modes are those of the undamped rotor at rest without bearings. The limit is the natural frequency of the
-    highest elastic mode up to which the frequencies of all modes are within 1 % of the full model, or 0 without such a
-    mode. The error of the mesh is not included.
+    highest elastic mode up to which the frequencies of all modes are within 1 % of the full model's, or 0 if there is
+    no such mode. The error of the mesh is not included.
 
     Parameters
     ----------

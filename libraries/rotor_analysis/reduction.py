@@ -44,8 +44,8 @@ def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
     Raises
     ------
     ValueError
-        If a plane has no translations in `full`, the slaves can move freely with the masters fixed (K_ss singular), or
-        a bearing at another node is anisotropic while some damping rotates.
+        If a plane has no translations in `full`; if the slaves can move freely with the masters fixed (K_ss singular);
+        or if a bearing at another node is anisotropic while some damping rotates.
     """
     return reduce_by(full, _in_turn(planes), *_static(full, planes))
 
@@ -60,7 +60,7 @@ def _static(full: Matrices, planes: tuple[int, ...]) -> tuple[Array, Array]:
     """Return `right` and `left` of the static condensation to `planes`."""
     unknown = [node for node in planes if node not in full.translations]
     if unknown:
-        raise ValueError(f"planes {unknown} are not in the model; there are {sorted(full.translations)}")
+        raise ValueError(f"planes {unknown} are not in the model; it has nodes {sorted(full.translations)}")
     for item in full.over_speed:
         if item.bearing.node not in planes:
             at = f"node {item.bearing.node} of bearing {item.bearing.name}, whose coefficients depend on speed"

@@ -82,12 +82,12 @@ def refined(
 
 
 def with_samples(x: Array, more: Iterable[float]) -> Array:
-    """Return x, ascending, with added values of `more`, such as entries of a table, that lie between its ends."""
+    """Return the sorted values of x and of `more`, such as entries of a table, that lie within the range of x."""
     return np.sort(np.concatenate([x, _between(np.array(list(more), dtype=np.float64), x)]))
 
 
 def about_resonances(x: Array, resonances: Sequence[tuple[float, float]]) -> Array:
-    """Return x with more samples near resonances (position x_0, half-width sigma); all of them are between its ends."""
+    """Return x with additional samples, all within its range, near resonances (position x_0, half-width sigma)."""
     limits = [(at, width, -np.inf, np.inf) for at, width in resonances]
     return np.sort(np.concatenate([x, _between(_fans(limits, CIRCLE), x)]))
 
@@ -135,7 +135,7 @@ def _may_be_narrow(x: Array, h: Array, k: Indices, curve: Indices) -> Array:
 
 
 def _next_to_first(x: Array, h: Array) -> list[float]:
-    """Return a sample close to the first if a column of h is largest there and its slope is not yet visible."""
+    """Return a sample close to the first one if h is largest there but the slope there is not yet resolved."""
     first = x[1] - x[0]
     is_wide = first > END * (x[-1] - x[0]) and first > NEXT * (x[2] - x[1])
     return [float(x[0] + 0.5 * NEXT * first)] if is_wide and (h[0] > h[1]).any() else []
@@ -162,7 +162,7 @@ def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
     Parameters
     ----------
     x, g
-        Ascending positions and the values there, of which the second is the smallest, shape (3, ...) each.
+        Ascending positions, and the values there, the second of which is the smallest, shape (3, ...) each.
     """
     before, after = x[0] - x[1], x[2] - x[1]
     rise, fall = (g[0] - g[1]) / before, (g[2] - g[1]) / after
@@ -172,7 +172,7 @@ def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
 
 
 def _between(more: Array, x: Array) -> Array:
-    """Return the values of `more` that lie between the ends of x and are not in x, ascending, each of them once."""
+    """Return the distinct values of `more` that lie between the ends of x but are not in x, in ascending order."""
     distinct = np.unique(more[(more > x[0]) & (more < x[-1])])
     distinct = distinct[np.diff(distinct, prepend=-np.inf) > SAME * np.abs(distinct)]
     after = np.clip(np.searchsorted(x, distinct), 1, len(x) - 1)

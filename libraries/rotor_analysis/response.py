@@ -67,7 +67,7 @@ def unbalance_response(
     Raises
     ------
     ValueError
-        If a node does not exist, a value is not finite, or an undamped rotor is run at its critical speed.
+        If a node does not exist, if a value is not finite, or if an undamped rotor is run at its critical speed.
     """
     stiffness = partial(dynamic_stiffness, rotor_model.model)
     return np.asarray(synchronous_motion(rotor_model, stiffness, [unbalance], speeds, nodes)[:, 0])
@@ -80,7 +80,7 @@ def synchronous_motion(
     speeds: Array,
     nodes: tuple[int, ...],
 ) -> Complex:
-    """Return X and Y (m) at nodes for several cases of unbalance, complex, shape (speeds, cases, nodes, 2).
+    """Return the complex X and Y (m) at nodes for several cases of unbalance, shape (speeds, cases, nodes, 2).
 
     stiffness(Omega) Q = Omega^2 (u, -i u)
 

@@ -36,7 +36,7 @@ def rigid_body(rotor: Rotor) -> RigidBody:
 
 
 def floating_motions(rotor: Rotor, speeds: Array) -> int:
-    """Return how many of the rotor's four rigid-body motions meet no stiffness of bearings or seals at any speed.
+    """Return how many of the rotor's four rigid-body motions are not resisted by bearings or seals at any speed.
 
         4 - max rank of  sum_b R_b^T K_b R_b + T^T K_t,b T,   R_b = [1, (z_b - z_0)/L],   T = [0, 1/L]
 

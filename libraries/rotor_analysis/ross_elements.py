@@ -36,7 +36,7 @@ class SavedRotor:
 
 
 def read_saved(path: Path, frequency: float | None = None) -> SavedRotor:
-    """Read the elements of a rotor saved by ROSS as TOML; coefficients by frequency require a `frequency` (rad/s).
+    """Read the elements of a rotor saved by ROSS as TOML; coefficients over frequency require a `frequency` (rad/s).
 
     Raises
     ------
@@ -101,11 +101,11 @@ def _unsupported(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[s
         if bearing.n_link is not None:
             yield "a bearing that is supported by another part", bearing.tag
         if bearing.frequency and frequency is None and magnet_of(bearing) is None:
-            yield "coefficients that depend on the whirl frequency, which --frequency would fix", bearing.tag
+            yield "coefficients that depend on the whirl frequency, without a --frequency that selects one", bearing.tag
         count = len(bearing.speed or bearing.frequency or [0.0])
         settings = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]
         if any(len(values) != count for values in settings if values):
-            yield "coefficients whose number differs from that of the speeds", bearing.tag
+            yield "more or fewer coefficients than speeds or frequencies", bearing.tag
 
 
 def _unsupported_in_shaft(elements: list[SavedShaftElement]) -> Iterator[tuple[str, str]]:

@@ -91,7 +91,7 @@ def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
             )
             if is_magnet:
                 yield (
-                    "Coefficients of magnets serve only analyses without a controller; poles and runs use the "
+                    "Coefficients of magnets are used only in analyses without a controller; poles and runs use the "
                     "scenario's magnets."
                 )
                 yield from _non_collocated(bearing)
@@ -129,7 +129,7 @@ def _names() -> Callable[[str], str]:
 
 
 def _shaft(elements: list[SavedShaftElement]) -> dict[str, Any]:
-    """Return the tables `shaft` and `materials`; the first element at a node is the shaft, others are sleeves on it."""
+    """Return the tables `shaft` and `materials`; the first element at a node is the shaft, and others are sleeves."""
     first: dict[int, SavedShaftElement] = {}
     for element in elements:
         first.setdefault(element.n, element)

@@ -67,7 +67,7 @@ def _splines(bearing: SavedBearing) -> dict[str, BSpline]:
 
 
 def _dense(splines: list[BSpline], speeds: Array) -> Array:
-    """Return the speeds, with more added halfway between them where monotone interpolation is not accurate."""
+    """Return the speeds, with others halfway between them where monotone interpolation would not be accurate."""
     from scipy.interpolate import PchipInterpolator  # slow to import
 
     scales = [np.abs(spline(speeds)).max() for spline in splines]

@@ -45,8 +45,8 @@ class ReductionOptions:
     """Reduction of the plant's model. Modes and masters that are not set are chosen to meet `accuracy`."""
 
     method: Method | None = None
-    """`free_modes` retains modes of the free rotor and residual shapes of bearings and sites, `msdc` condenses the
-    rotor to the translations at the nodes `masters`, `none` keeps the full model. Default: `msdc` if masters are set,
+    """`free_modes` retains modes of the free rotor and residual shapes of bearings and sites; `msdc` condenses the
+    rotor to the translations at the nodes `masters`; `none` keeps the full model. Default: `msdc` if masters are set,
     otherwise `free_modes`.
     """
     masters: tuple[Node, ...] = ()
@@ -55,12 +55,12 @@ class ReductionOptions:
     """With `free_modes`, the number of elastic modes of the free rotor."""
     band: Annotated[StrictFloat, Gt(0.0), Moderate, Unit("Hz")] | None = None
     """With `free_modes`, the frequency up to which the receptance between bearings and sites is accurate; by default
-    2 kHz, up to which ISO 14839-3 judges the sensitivity of magnetic bearings."""
+    2 kHz, the highest frequency at which ISO 14839-3 judges the sensitivity of magnetic bearings."""
     speed: Annotated[Speed, Ge(0.0)] = 0.0
     """With `free_modes`, the highest spin speed; in a file, a text with its unit, such as `"9900 rpm"`. At this speed,
-    the forward and backward whirl frequencies are accurate for modes with backward whirl within `band`, or for the
+    the forward and backward whirl frequencies are accurate for modes whose backward whirl is within `band`, or for the
     first `modes`. By default only the rotor at rest is considered, so the reduced rotor may whirl too fast when it
-    spins (`rotor show`).
+    spins; `rotor show` reports the error.
     """
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
     """Allowed relative error of the receptance at rest and of the whirl frequencies; with `msdc`, of the first natural
@@ -89,7 +89,7 @@ class Mesh:
     modes: Annotated[StrictInt, Ge(1)] = 6
     """Number of modes, from the lowest."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-4
-    """Allowed relative change of their frequencies."""
+    """Allowed relative change of a natural frequency when an element is halved."""
 
 
 @table
@@ -102,8 +102,8 @@ class Rotor:
     Raises
     ------
     ValueError
-        If a value is out of range, a part is at a position that the shaft does not have, or two parts have the same
-        name; the message has one line for each mistake.
+        If a value is out of range, if a part is at a position that the shaft does not have, or if two parts have the
+        same name; the message has one line for each mistake.
 
     Examples
     --------
@@ -123,7 +123,8 @@ class Rotor:
     bodies: tuple[BodyOrDisc, ...] = ()
     """Rigid bodies and discs on the shaft."""
     bearings: tuple[Bearing, ...] = ()
-    """Linear bearings for analyses. In co-simulation only their positions matter: another component applies forces."""
+    """Linear bearings for analyses. In co-simulation only their positions matter, because another component applies the
+    forces."""
     sites: tuple[Site, ...] = ()
     """Contact sites."""
     sensors: tuple[Sensor, ...] = ()

@@ -18,7 +18,7 @@ from rotor_analysis.rotor import Mesh, Rotor
 from rotor_analysis.shaft import ShaftOrSections
 
 RotorSource = Rotor | Path | str | None
-"""A rotor, the name of a packaged rotor, the path of a rotor file, or None for the packs' default."""
+"""A `Rotor`, the name of a packaged rotor, the path of a rotor file, or None for the packs' default rotor."""
 
 Tables = Mapping[str, Mapping[str, Any]]
 
@@ -33,7 +33,7 @@ def load_rotor(source: RotorSource = None, tables: Tables | None = None) -> Roto
         the file defines the shaft by sections, or has `[mesh]`, the elements are divided until the first modes have the
         required accuracy. A `Rotor` is returned unchanged.
     tables
-        Values that replace those of keys in the file's tables, such as `{"mesh": {"accuracy": 1e-3}}`.
+        Values that replace values in the file's tables, such as `{"mesh": {"accuracy": 1e-3}}`.
 
     Raises
     ------

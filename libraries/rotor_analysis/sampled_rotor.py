@@ -1,4 +1,4 @@
-"""Model of the rotor for analyses of sampled control, with all modes that the samples see, at any frequency.
+"""Model of the rotor for analyses of sampled control, with all modes, of any frequency, that affect the samples.
 
 Sampled control, which holds its currents over a sample time T, excites every mode and mistakes a fast mode for a slow
 one. Consider a mode of frequency omega and damping ratio zeta, with the displacements phi_f where forces act and phi_s

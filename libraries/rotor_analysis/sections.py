@@ -49,7 +49,7 @@ class ShaftSection:
     length: Length
     """Its length."""
     diameter: Length
-    """Outer diameter, or that at the beginning of a cone."""
+    """Outer diameter; for a cone, at its beginning."""
     inner_diameter: Size = 0.0
     """Inner diameter."""
     diameter_end: Length | None = None
@@ -68,11 +68,11 @@ class Sleeve:
     """A cylindrical or conical ring that bends with the shaft."""
 
     begin: Position
-    """Position z at which it begins."""
+    """Position z at which the sleeve begins."""
     end: Position
-    """Where it ends."""
+    """Position z at which the sleeve ends."""
     diameter: Length
-    """Outer diameter, or that at the beginning of a cone."""
+    """Outer diameter; for a cone, at its beginning."""
     inner_diameter: Size
     """Inner diameter."""
     diameter_end: Length | None = None

@@ -32,7 +32,7 @@ class Shaft:
     nodes: tuple[Position, ...]
     """Positions z of the nodes, ascending."""
     diameter: Diameters
-    """One value for each element, or one for all."""
+    """Outer diameters: one value for each element, or one for all."""
     youngs_modulus: YoungsModulus | None = None
     """Modulus E of elements without a named material."""
     density: Density | None = None
@@ -40,13 +40,13 @@ class Shaft:
     poissons_ratio: PoissonsRatio | None = None
     """Poisson's ratio nu of these elements."""
     inner_diameter: InnerDiameters = (0.0,)
-    """One value for each element, or one for all."""
+    """Inner diameters: one value for each element, or one for all."""
     theory: Theory = "timoshenko"
     """`timoshenko`, or `rayleigh` without shear deformation."""
     diameter_end: Diameters = ()
     """Diameters at the other end of conical elements."""
     inner_diameter_end: InnerDiameters = ()
-    """Inner diameters at that end."""
+    """Inner diameters at the other end of conical elements."""
     material: MaterialNames = ()
     """Names of `materials`, one for each element or one for all."""
     shear: Shear = "cowper"
@@ -101,7 +101,7 @@ class Shaft:
         return self.on_nodes(tuple(sorted(z))) if len(z) > len(self.nodes) else self
 
     def on_nodes(self, nodes: tuple[float, ...]) -> Shaft:
-        """Return the same shaft on other nodes (m), between which no section may change.
+        """Return the same shaft with other nodes (m), between which no section may change.
 
         Raises
         ------
@@ -227,6 +227,6 @@ def _piece(elements: Sequence[tuple[tuple[float, float], ElementSection]], begin
         len(sections) == 1 and not any(piece.is_tapered for piece in sections),
         f"element from {begin:g} m to {end:g} m",
         diameters,
-        "of one diameter and one inner diameter (m), and one material",
+        "of one outer diameter (m), one inner diameter (m) and one material",
     )
     return sections.pop()

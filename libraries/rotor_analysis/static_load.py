@@ -44,7 +44,7 @@ def carried_masses(rotor: Rotor, springs: Mapping[str, float] | None = None) -> 
 
 
 def carried_with_seals(rotor: Rotor, springs: Mapping[str, float], Omega: float) -> dict[str, Array]:
-    """Return, for each bearing, the tensor S (kg), shape (2, 2), of its load S g under gravity g across the shaft.
+    """Return the tensor S (kg), shape (2, 2), of each bearing, whose load is S g under gravity g across the shaft.
 
     Seals act as springs with their stiffness at a spin speed. Because of their cross-coupled stiffness, the bearings
     also carry loads perpendicular to gravity. Without seals S is the mass of `carried_masses` times the identity.
@@ -74,7 +74,7 @@ def carried_with_seals(rotor: Rotor, springs: Mapping[str, float], Omega: float)
 
 
 def carried_at(rotor: Rotor, nodes: Sequence[int], springs: Sequence[tuple[int, float]] = ()) -> list[float]:
-    """Return the mass (kg) that each aligned support at `nodes` and each spring (N/m, by node) carries by (1).
+    """Return the mass (kg) that, by (1), each aligned support at `nodes` and each spring (N/m, by node) carries.
 
     Seals are omitted.
     """

@@ -58,7 +58,7 @@ class SupportedRotor:
 def supported_rotor(
     rotor: Rotor, mass: MassModel | None = None, planes: tuple[int, ...] | None = None
 ) -> SupportedRotor:
-    """Return the model of `rotor` on its bearings (3.1 to 3.6), condensed to any `planes` (MSDC, 3.8 to 3.13).
+    """Return the model of `rotor` on its bearings (3.1 to 3.6), condensed to `planes` if given (MSDC, 3.8 to 3.13).
 
     Parameters
     ----------
@@ -72,8 +72,8 @@ def supported_rotor(
     Raises
     ------
     ValueError
-        If `mass` is neither `consistent` nor `diagonal`, a plane does not exist, or the rotor can still move freely
-        when the planes are fixed.
+        If `mass` is neither `consistent` nor `diagonal`, if a plane does not exist, or if the rotor can still move
+        freely when the planes are fixed.
     """
     full = on_bearings(assemble(rotor, mass), rotor)
     if planes is None:

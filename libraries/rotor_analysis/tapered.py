@@ -1,10 +1,10 @@
 """One-plane matrices of a conical beam element, by numerical integration along the element.
 
 The displacement w = sum N_i q_i and the rotation beta = sum B_i q_i of the section are linear in q = (w_1, beta_1, w_2,
-beta_2). They are those of the static deflection of a uniform element with the section that the conical element has in
-its middle. In the integrals, the section A(s), I(s) changes along the element (Genta and Gugliotta, A conical element
-for finite element rotor dynamics, 1988). Five Gauss points are exact, because the integrands are polynomials of degree
-8 at most.
+beta_2). Both follow from the static deflection of a uniform element whose section is that in the middle of the conical
+element. In the integrals, the section A(s), I(s) changes along the element (Genta and Gugliotta, A conical element for
+finite element rotor dynamics, 1988). Five Gauss points are exact, because the integrands are polynomials of degree 8 at
+most.
 """
 
 from __future__ import annotations

@@ -133,7 +133,7 @@ def modes_begun_later(
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     tracks
-        Tracks returned by `track_modes`. Their modes are not part of any other track.
+        Tracks returned by `track_modes`; their modes are not returned again.
     """
     ends = [track[-1].eigenvalue for track in tracks if track[-1] is not None]
     fastest = max((value.imag for value in ends), default=0.0)

@@ -1,4 +1,4 @@
-"""Natural frequencies and shapes of the undamped rotor at rest, for any model of it."""
+"""Natural frequencies and shapes of the undamped rotor at rest, computed from any of its models."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SHIFTS = (1e4, 1e6, 1e8, 1e10)
 
 
 def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array, Array]:
-    """Return the first modes of a rotor on its bearings, which satisfy K phi = omega^2 M phi.
+    """Return the first modes, K phi = omega^2 M phi, of a rotor on its bearings.
 
     K and M are the means over both planes. With fewer than two bearings or seals, one or two of these modes are rigid
     motions; they have no frequency and are omitted.

@@ -12,7 +12,7 @@ from signal_chain.presets import is_on
 
 
 class Limits(NamedTuple):
-    """Least and largest demand."""
+    """Smallest and largest demand."""
 
     low: float
     high: float

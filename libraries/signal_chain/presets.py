@@ -14,7 +14,7 @@ IDEAL, RIG, CUSTOM = range(3)
 
 @kernel
 def is_on(preset: float, switch: float) -> bool:
-    """Return whether an effect is on: never if the preset is ideal, always if it is rig, otherwise if switched on.
+    """Return whether an effect is on: always with the preset rig, never with ideal, otherwise if `switch` is on.
 
     Parameters
     ----------

@@ -12,9 +12,10 @@ surface of width w requires the field H = sqrt(s sigma/mu) Phi/w, so
     c = sqrt(sigma/mu) integral of (Phi(l)/Phi)^2 dl/w(l)                                     (3)
 
 The whole flux flows along the walls and the bottom of the coil's slot, and along the face of the disc opposite the
-slot. Along the pole faces of core and disc, the flux decreases because it crosses the gap. The decrease is even over
-the face if the gap takes most of N i. Because of leakage, the iron carries lambda times the flux between the poles. If
-w = 2 pi r, the poles are rings from r_1 to r_2 and from r_3 to r_4, and the slot has the depth h, then
+slot. Along the pole faces of core and disc, the flux decreases because it crosses the gap. The decrease is uniform over
+the face if most of the magnetomotive force N i drops across the gap. Because of leakage, the iron carries lambda times
+the flux between the poles. If w = 2 pi r, the poles are rings from r_1 to r_2 and from r_3 to r_4, and the slot has the
+depth h, then
 
     2 pi c/(lambda sqrt(sigma/mu)) = h/r_2 + h/r_3 + 2 ln(r_3/r_2)                            (4)
         + 2 int_r1^r2 ((r^2 - r_1^2)/(r_2^2 - r_1^2))^2 dr/r + 2 int_r3^r4 ((r_4^2 - r^2)/(r_4^2 - r_3^2))^2 dr/r
@@ -84,7 +85,7 @@ def corner_frequency(disc: ThrustDisc, iron: SolidIron) -> float:
 
 
 def pole_face(ring: Ring, fed_from: float) -> float:
-    """Return the integral over ln r of the squared fraction of the flux in a pole face that feeds the gap evenly.
+    """Return the integral over ln r of (Phi(r)/Phi)^2 in a pole face that exchanges its flux evenly with the gap.
 
     If the flux enters at the edge r_a, r_b is the other edge, and D = r_b^2 - r_a^2, then
 

@@ -37,7 +37,7 @@ add_study(
         type=WithUnit("10 um"),
         default="10 um",
         show_default=True,
-        help="Penetration from which the contact laws act in full.",
+        help="Penetration at which the contact laws are fully engaged.",
     ),
     click.option("--mass", type=WithUnit("40 kg"), help="Mass; default: the effective mass of MB1's journal."),
 )

@@ -1,4 +1,4 @@
-"""Error of a condensation to a few planes: eigenvalues of the condensed model compared with the full model's."""
+"""Error of a condensation to a few planes: eigenvalues of the condensed model compared with those of the full model."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class CondensationError:
 def condensation_error(
     rotor: Rotor, speeds: Array, planes: tuple[int, ...] | None = None, count: int = 8
 ) -> CondensationError:
-    """Condense a rotor and compare its lowest modes with those of the full model, paired by their shapes.
+    """Condense a rotor and compare its lowest modes with the modes of the full model that have similar shapes.
 
     Parameters
     ----------

@@ -75,12 +75,12 @@ def frequency_errors(
 
 
 def error_sizes(tables: MeshAndCondensation, mesh: str, mass: str, speed: float) -> Annotated[list[float], "1"]:
-    """Return the absolute values of `frequency_errors` (1)."""
+    """Return the absolute values (1) of `frequency_errors`."""
     return [abs(error) for error in frequency_errors(tables, mesh, mass, speed)]
 
 
 def mean_error(tables: MeshAndCondensation, mesh: str, mass: str) -> Annotated[float, "1"]:
-    """Return the mean absolute value of `frequency_errors` over eight frequencies and three speeds (1)."""
+    """Return the mean absolute value (1) of `frequency_errors` over eight frequencies and three speeds."""
     errors = [frequency_errors(tables, mesh, mass, speed) for speed in (90.0, 120.0, 145.0)]
     return float(np.mean(np.abs(errors)))
 
@@ -88,7 +88,7 @@ def mean_error(tables: MeshAndCondensation, mesh: str, mass: str) -> Annotated[f
 def largest_error(
     tables: MeshAndCondensation, mesh: str, mass: str, reference: str, reference_mass: str
 ) -> Annotated[float, "1"]:
-    """Return the largest absolute value of `frequency_errors` over all frequencies and three speeds (1)."""
+    """Return the largest absolute value (1) of `frequency_errors` over all frequencies and three speeds."""
     errors = [frequency_errors(tables, mesh, mass, s, reference, reference_mass) for s in (90.0, 120.0, 145.0)]
     return float(np.max(np.abs(errors)))
 
@@ -136,7 +136,7 @@ def table_speeds(force: IdentificationForce) -> Annotated[list[float], "rad/s"]:
 
 
 def test_response(force: IdentificationForce, frequency: float) -> Annotated[float, "m"]:
-    """Return the amplitude (m) in x of the journal in MB1 under the test force at a frequency (Hz)."""
+    """Return the amplitude (m) of the journal in MB1 along x under the test force at a frequency (Hz)."""
     return float(np.interp(frequency, force.columns.frequencies, force.columns.response_mb1))
 
 
@@ -159,7 +159,7 @@ def critical_speed_shift_of_even_nodes(result: ModelReduction) -> Annotated[floa
 
 
 def _largest_shift(result: ModelReduction, others: Sequence[float]) -> float:
-    """Return the largest relative deviation of critical speeds (rad/s) from the full model's, compared in order."""
+    """Return the largest relative deviation of critical speeds (rad/s) from those of the full model, in order."""
     exact = result.models[FULL].critical_speeds
     return max(abs(other / full - 1.0) for full, other in zip(exact, others, strict=False))
 
@@ -194,7 +194,7 @@ def step_of_unbalance(run: Signals, disc: str) -> Annotated[list[float], "kg.m"]
 
 
 def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annotated[float | None, "1"]:
-    """Return the largest ratio (1) of final amplitude to amplitude before ROLAC in `planes` (names of x sensors)."""
+    """Return the largest ratio (1) of the final amplitude to that before ROLAC in `planes` (names of x sensors)."""
     chosen = [(x, y) for x, y in SENSOR_PLANES if x in planes.split(",")]
     pairs = [(sensor_amplitude(run, x, y, "before"), sensor_amplitude(run, x, y, "end")) for x, y in chosen]
     return max((after / before for before, after in pairs if before and after is not None), default=None)

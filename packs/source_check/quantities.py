@@ -19,7 +19,7 @@ from amb_cosim.cosim.record.signals import Signals
 from source_check import run_quantities, study_panels, study_quantities
 
 Quantities = Mapping[str, tuple[Callable[..., Any], str]]
-"""Functions and units of their numbers, by name."""
+"""Functions, and the units of the numbers that they return, by name."""
 
 
 def quantities_of_runs(module: str = "") -> Quantities:

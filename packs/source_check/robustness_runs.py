@@ -31,7 +31,7 @@ class OutcomeCase:
 
 
 def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict[str, str]:
-    """Repeat the runs of a pack, store which outcomes are robust, and return the reason of each failure, by run name.
+    """Repeat the runs of a pack, store which outcomes are robust, and return the reason for each failure, by run.
 
     Each run is repeated with H identified, and with each quantity increased and decreased by 1 %. The report and the
     pages show the stored results.

@@ -158,7 +158,7 @@ def orbit_amplitude(run: Signals, bearing: str, when: When) -> Annotated[float |
 
 
 def amplitude_left(run: Signals, bearing: str) -> Annotated[float | None, "1"]:
-    """Return the final synchronous amplitude at a bearing divided by the one before the step or ROLAC's start (1)."""
+    """Return the ratio (1) of the final synchronous amplitude at a bearing to that before the step or ROLAC's start."""
     before, end = orbit_amplitude(run, bearing, "before"), orbit_amplitude(run, bearing, "end")
     return None if not before or end is None else end / before
 

@@ -1,4 +1,4 @@
-"""Preparation of the run of a scenario for statements."""
+"""Prepares the run of a scenario from which statements are evaluated."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Reading(Table):
     quantity: str = ""
     """Quantity of this source, if it differs from that of the statement."""
     arguments: Values | None = None
-    """Arguments of the quantity, if they differ."""
+    """Arguments of the quantity, if they differ from those of the statement."""
     how: str = ""
     """Description of this other computation in words."""
 
@@ -97,7 +97,7 @@ class Statement(Table):
     absolute: float = Field(default=0.0, ge=0.0)
     """Allowed deviation in the unit of the value."""
     floor: float | None = None
-    """Smallest value that meets a limit with `below`, in the unit of the value; otherwise, zero meets any limit."""
+    """With `below`, the smallest value that meets the limit, in the unit of the value; unlimited by default."""
     because: str = ""
     """Reason for the tolerance."""
     source: str = ""
@@ -111,18 +111,18 @@ class Statement(Table):
     beside: tuple[Reading, ...] = ()
     """Other ways to compute the value, which are shown but not judged."""
     converged: str = ""
-    """Source of the same quantity on a model with more modes, printed and judged in a separate column."""
+    """Run or study with more modes, whose value of the quantity is printed and judged in a separate column."""
     given: bool = False
     """Whether the value is an input of the model."""
     definition: bool = False
-    """Whether any model meets the value: a unit conversion, a kinematic identity, or a formula of the source."""
+    """Whether every model meets the value: a unit conversion, a kinematic identity, or a formula of the source."""
     inferred: str = ""
     """Interpretation of the source's words, such as a number for a word."""
     why: str = ""
     """Reason why the computed value does not match."""
     cause: Cause = "unexplained"
-    """Kind of this reason: `data`, the source gives too little or contradicts itself; `detail`, the value depends on
-    details of the machine that the source leaves open; `reading`, only another reading of the source meets it."""
+    """Kind of this reason: `data` if the source gives too little or contradicts itself; `detail` if the value depends
+    on details of the machine that the source leaves open; `reading` if only another reading of the source meets it."""
     picture: str = ""
     """Content of a figure without numbers."""
     missing: str = ""
@@ -131,13 +131,13 @@ class Statement(Table):
     @model_validator(mode="after")
     def _is_complete(self) -> Statement:
         if sum((bool(self.quantity), bool(self.picture), bool(self.missing))) != 1:
-            raise ValueError("a statement needs one of quantity, picture and missing")
+            raise ValueError("a statement needs exactly one of quantity, picture and missing")
         if self.quantity and (self.value is None or not self.source):
             raise ValueError("a statement with a quantity needs value and source")
         if self.relation != "equal" and not _is_number(self.value):
             raise ValueError(f"relation {self.relation} needs a number as its value")
         if self.floor is not None and self.relation != "below":
-            raise ValueError(f"floor = {self.floor:g} needs the relation below")
+            raise ValueError(f"floor = {self.floor:g} needs relation = 'below'")
         return self
 
     @property
@@ -179,7 +179,7 @@ class Statements(Table):
     quantities: str = ""
     """Module with additional quantities and plots, see `source_check.quantities`."""
     chapter: tuple[Chapter, ...] = (Chapter(key="all", name="statements"),)
-    """Parts of the statements; default: one."""
+    """Chapters of the page; default: one."""
     sources: dict[str, Source]
     """Runs and studies by name."""
     statement: tuple[Statement, ...]

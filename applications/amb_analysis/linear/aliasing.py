@@ -34,7 +34,7 @@ def logarithms(z: Complex, sample_time: float) -> Complex:
 
 
 def continuous_poles(z: Complex, sample_time: float, states: Complex, A: Array, mass: Array) -> Complex:
-    """Return s of (1) for the poles z, with the m that the plant's motion (2) selects; s is 0 for z = 0.
+    """Return s of (1) for the poles z, with m determined from the plant's motion (2); s is 0 for z = 0.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def continuous_poles(z: Complex, sample_time: float, states: Complex, A: Array, 
     states
         Displacements q of the plant, followed by its velocities v, in the eigenvector of each pole, shape (2 m, n).
     A, mass
-        A of the plant, shape (2 m, 2 m), and its mass matrix M, shape (m, m).
+        State matrix A of the plant, shape (2 m, 2 m), and mass matrix M, shape (m, m).
     """
     s, m = logarithms(z, sample_time), len(mass)
     v, a = states[m:], A[m:] @ states

@@ -114,7 +114,7 @@ class AxialLoop:
         require(0.0 < self.sample_time < math.inf, "sample_time", f"{self.sample_time:g} s", "> 0 s")
         require(0.0 <= self.delay < math.inf, "delay", f"{self.delay:g} samples", ">= 0 samples")
         shape = self.controller.D.shape
-        require(shape == (1, 1), "controller", f"with D of shape {shape}", "from one signal to one demand, (1, 1)")
+        require(shape == (1, 1), "shape of the controller's D", f"{shape}", "(1, 1), from one signal to one demand")
 
     @cached_property
     def whole(self) -> Law:
@@ -135,7 +135,8 @@ class AxialLoop:
     def vibrations(self) -> Complex:
         """Oscillating modes s (rad/s) of the closed loop, with z = exp(s T) and Im s > 0, in order of frequency.
 
-        Poles that nearly vanish in a sample are no vibrations: rounding decides whether they have an imaginary part.
+        Motions that decay too fast to oscillate (`OVERDAMPED`) are left out, because rounding alone may give their
+        poles an imaginary part.
         """
         s = np.log(self.poles[self.poles.imag > 0.0]) / self.sample_time
         s = s[-s.real < OVERDAMPED * np.abs(s)]

@@ -70,7 +70,7 @@ class StateSpace(Protocol):
 
 
 def without_idle_states(law: Law) -> Law:
-    """Return a law without states that no input affects or that affect no output, as the zeros of its matrices show.
+    """Remove the states that no input affects and the states that affect no output, using the zeros of the matrices.
 
     If only some inputs and outputs of a law were selected, this removes the states of unrelated loops without
     approximation.
@@ -103,10 +103,10 @@ def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
 
 
 def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
-    """Return the parts connected by (1).
+    """Connect parts by (1), and return the result as one part.
 
-    The outputs of the connected parts come first. The sums w at the inputs follow, except the sums at inputs that have
-    the same name as an output.
+    The outputs of the connected parts come first. The sums w at the inputs follow; inputs with the same name as an
+    output are left out.
 
     Parameters
     ----------
@@ -224,11 +224,11 @@ def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[Line
 def loop_of(
     parts: Sequence[LinearComponent], feeds: Mapping[str, str], opened: Mapping[str, str] | None = None
 ) -> LinearComponent:
-    """Return all parts connected; if any part is sampled, the continuous parts are sampled with its sample time.
+    """Connect all parts; if any part is sampled, the continuous parts are sampled with its sample time.
 
-    If a demand is late by a fraction f of a sample, the signal injected at the input that it feeds is late by the same
-    fraction. With a controller K, and a plant P that includes the delay, the sum w at this input then gives the
-    sensitivity, and an opened loop contains the whole delay:
+    If a demand is late by a fraction f of a sample, a signal injected at the input that the demand feeds is late by the
+    same fraction. The sum w at this input therefore gives the sensitivity, and an opened loop contains the whole delay.
+    For a controller K and a plant P that includes the delay,
 
         w(n) = u(n) + e(n),    w = (1 - K P)^-1 e;    u = K P e if opened                           (2)
 

@@ -93,7 +93,9 @@ def foreign_component(
     varying = _relative(second[:, 1:] - first[:, :-1], np.concatenate([first, second]))
     if varying > SLOWER:
         later = f"{name}: the response to a pulse changes if the pulse begins one step of {sample_time:g} s later"
-        slower = "as if the component sampled less often; the communication step must equal its sample time"
+        slower = (
+            "which suggests that the component samples less often; the communication step must equal its sample time"
+        )
         if np.any(undisturbed != undisturbed[0]):
             slower += (
                 "; or the component moves without a pulse, as in a limit cycle, so it is nonlinear and has no linear "
@@ -113,22 +115,25 @@ def foreign_component(
 
 
 def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, str]:
-    """Return a law and a note; the law is from the derivatives if they predict the pulse responses, else from these."""
+    """Return a law and a note on its accuracy.
+
+    The law is computed from the derivatives if they predict the responses to pulses, and otherwise from the responses.
+    """
     rejected = ""
     if derived is not None:
         error = _relative(responses(derived, len(markov)) - markov, markov)
         if error < DERIVATIVES_ERROR:
             return derived, (
                 f"computed from its directional derivatives, with {len(derived.A)} states; the error of its responses "
-                f"to pulses is {error:.1g} of the largest"
+                f"to pulses is {error:.1g} of the largest response"
             )
         rejected = f"; with its directional derivatives, the error is {error:.1g} of the largest response"
     law = realised(markov, sample_time)
     error = _relative(responses(law, len(markov)) - markov, markov)
     return (
         law,
-        f"computed by differences, with {len(law.A)} states and an error of {error:.1g} of the largest response"
-        f"{rejected}",
+        f"computed from its responses to pulses, with {len(law.A)} states and an error of {error:.1g} of the largest "
+        f"response{rejected}",
     )
 
 

@@ -102,7 +102,7 @@ class LinearSource:
         return {f"{c}.{p.name}": p.unit or "1" for c, p in ports}
 
     def feeds(self, names: Sequence[str]) -> dict[str, str]:
-        """Return the output that feeds each input, by the name of the input, for connections among components."""
+        """Return the output that feeds each input, by the input's name, for connections among the named components."""
         system = self.plan.system
         links = {link.target: link.source for link in system.connections}
         return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
@@ -176,7 +176,7 @@ class LinearSource:
         return self._constants[key]
 
     def table_speeds(self) -> list[float]:
-        """Return the speeds (rad/s) at which linear controllers have laws; between them, laws are interpolated."""
+        """Return the speeds (rad/s) at which linear controllers have laws; laws at other speeds are interpolated."""
         return sorted({speed for name in self.names if self.kind(name) == LINEAR for speed in self._speeds(name)})
 
     def _speeds(self, name: str) -> list[float]:
@@ -263,7 +263,7 @@ def _sample_time(values: Assignments) -> float:
 
 
 def _point(assembly: Assembly, operating: Mapping[str, Raw]) -> dict[str, float]:
-    """Return the operating values in SI units, by shared signal or by input; inputs that nothing feeds are allowed."""
+    """Return the operating values (SI) by the name of the shared signal, or of the input itself if nothing feeds it."""
     result, system = {}, assembly.system
     for name, raw in operating.items():
         end = system.first_end(name)

@@ -37,8 +37,8 @@ def linearise(
 
     The rotor, which is modelled without contact, and the magnetic bearings are continuous. If the components include a
     controller, the model has the sample time of the controller, and is exact for currents held over each sample. A
-    value injected at an input is added to the signal that feeds the input, and is late by the same fraction of a sample
-    (`components.loop_of`).
+    value injected at an input is added to the signal that feeds the input, and is delayed by the same fraction of a
+    sample as this signal (`components.loop_of`).
 
         rotor = linearise("drop", components=["rotor_contact"])
         plant = linearise("drop", components=["rotor_contact", "amb_actuator"])
@@ -47,15 +47,15 @@ def linearise(
     Parameters
     ----------
     source
-        A `Scenario`, the name of a packaged scenario, or a TOML file of a scenario; or a `System`, or the name or file
-        of a system. The default is the packs' default scenario.
+        A scenario (a `Scenario`, the name of a packaged scenario, or a TOML file), or a system (a `System`, or its name
+        or file). The default is the packs' default scenario.
     at
         Spin speed (in rad/s, or as text with its unit), or values by name. A name is `Omega`, or `component.variable`
         of an input such as a displacement or current of a magnetic bearing. Values default to the start values of the
         scenario, or to 0.
     inputs, outputs
-        Names or patterns `component.variable`. If an input is named among the outputs, this output is the sum at that
-        input. By default, the model has the inputs that nothing feeds, and all outputs.
+        Names or patterns `component.variable`. An input may be named as an output; its value is the sum of all signals
+        at this input. By default, the model has all outputs, and the inputs to which nothing is connected.
     components
         Components of the model; all by default.
     opened
@@ -141,10 +141,10 @@ def _matching(
 
 
 def _reason(source: LinearSource, parts: Sequence[LinearComponent], pattern: str, names: Sequence[str]) -> str:
-    """Return the reason why the linear model lacks the variables that match a pattern; without a match, similar names.
+    """Return why the linear model lacks the variables that match a pattern, or similar names if no variable matches.
 
-    Such a variable is a parameter, is an output that cannot be an input, is neglected, or belongs to a component
-    outside the model.
+    Such a variable is a parameter, an output that cannot be an input, a variable that the model neglects, or a variable
+    of a component outside the model.
     """
     ports = {
         f"{c}.{p.name}": (c, p) for c, interface in source.plan.interfaces.items() for p in interface.ports.values()

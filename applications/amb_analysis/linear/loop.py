@@ -68,7 +68,7 @@ class LoopPoles:
 
     @property
     def is_axial(self) -> NDArray[np.bool_]:
-        """Whether each pole moves the rotor along its shaft rather than across it, shape (n,)."""
+        """Whether the rotor moves along its shaft rather than across it, for each pole, shape (n,)."""
         return _is_axial(self.shapes, self.along)
 
 
@@ -90,7 +90,7 @@ class Loop:
         if missing:
             raise ValueError(f"system {self.name} has no component {missing[0]}; a linear loop needs one")
         if not self.demands:
-            raise ValueError(f"no demand of {ACTUATOR} is connected to a controller; a linear loop needs one")
+            raise ValueError(f"no demand of {ACTUATOR} is connected to a controller; a linear loop needs a controller")
 
     @property
     def name(self) -> str:
@@ -240,13 +240,13 @@ class Loop:
             coupled = without_idle_states(part.selected(others, [demand]).law)
             if len(of_axis) != 1 or len(coupled.A) or coupled.D.any():
                 raise ValueError(
-                    f"{demand} depends on more than the displacement along the shaft, {', '.join(of_axis)}"
+                    f"{demand} depends on more than the displacement along the shaft ({', '.join(of_axis)})"
                 )
             law = without_idle_states(part.selected(of_axis, [demand]).law)
             controls.append(AxialControl(law, self.sample_time, part.late + (1.0 if part.at_end else 0.0)))
         if any(control.differs_from(controls[0]) for control in controls):
             raise ValueError(
-                f"{demand} depends on the speed; the law of the axis along the shaft must not depend on it"
+                f"{demand} depends on the speed; the control law along the shaft must be the same at all speeds"
             )
         return controls[0]
 
@@ -270,14 +270,14 @@ class Loop:
 
 
 def _is_axial(shapes: Complex, along: Complex | None) -> NDArray[np.bool_]:
-    """Return whether each pole moves the rotor more along the shaft than across it at any bearing, shape (n,)."""
+    """Return, for each pole, whether motion along the shaft exceeds motion across it at every bearing, shape (n,)."""
     if along is None:
         return np.zeros(shapes.shape[1], dtype=bool)
     return np.asarray(np.abs(along) > np.maximum(np.abs(shapes).max(axis=0, initial=0.0), AT_REST))
 
 
 def _largest_place(names: Sequence[str], sizes: Array) -> str:
-    """Return the axis that moves most, or its bearing if the other axis of the bearing moves at least half as much."""
+    """Return the axis with the largest motion, or its bearing if the other axis there moves at least half as much."""
     if not sizes.max(initial=0.0) > 0.0:
         return ""
     top = int(sizes.argmax())
@@ -365,9 +365,9 @@ def disk_margin(S: Complex) -> Array:
         1/alpha = mu(S - 1/2) <= min_D sigma_max(D (S - 1/2) D^-1),  D diagonal
 
     J. D. Blight, R. L. Dailey, D. Gangsaas, Practical control law design for aircraft using multivariable techniques,
-    Int. J. Control 59 (1994) 93-137; P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78-95. The
-    method of E. E. Osborne, J. ACM 7 (1960) 338-345, finds D by balancing rows and columns. For a single loop, the
-    bound is alpha itself. python-control's `disk_margins` is not used, because it requires slycot for several loops.
+    Int. J. Control 59 (1994) 93-137; P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78-95. D is
+    found by balancing rows and columns (E. E. Osborne, J. ACM 7 (1960) 338-345). For a single loop, the bound is alpha
+    itself. python-control's `disk_margins` is not used, because it requires slycot for several loops.
 
     Parameters
     ----------

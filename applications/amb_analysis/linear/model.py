@@ -24,8 +24,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
     operating_point
         Values at the operating point, by name: the speed `Omega` (rad/s), and any other values that were set.
     notes
-        Sentences about effects that the model neglects, or about the origin of the model of an FMU from another
-        project.
+        Sentences about effects that the model neglects, or about how the model of another project's FMU was obtained.
     warnings
         Warnings from the plan of the run; they also appear in the run's summary.
     """

@@ -21,7 +21,8 @@ from rotor_contact.shaft.structure import structure_of
 
 Parameters = Mapping[str, float]
 NEGLECTED = (
-    "contact, unbalance, a free spin and gaps c - |r| (without a derivative at the centre, r = 0) are not included"
+    "contact, unbalance, a free spin and the gap outputs c - |r| (without a derivative at the centre, r = 0) are not "
+    "included"
 )
 
 
@@ -140,7 +141,7 @@ def actuator_component(
         law = in_series(
             law, side_by_side([static(np.eye(n - 1)), lag_of(2.0 * math.pi * corner), static(np.eye(2 * n))])
         )
-    return _unique(law, name, inputs, outputs, "limits of currents and voltages, and faults, are not included")
+    return _unique(law, name, inputs, outputs, "faults and the limits of currents and voltages are not included")
 
 
 def lag_of(omega_e: float) -> Law:

@@ -3,28 +3,28 @@
     x(n+1) = A x(n),   z the eigenvalues of A,   s = ln(z)/T = sigma + j omega
 
 The loop is stable if no |z| exceeds 1. Every pole counts, whatever its frequency. For example, a real pole z > 1
-represents a rotor that drifts into its retainer without vibration, and a pole above half the sample rate is aliased but
-still grows.
+represents a rotor that drifts into its retainer without vibration, and a vibration above half the sample rate is
+aliased but still grows.
 
-Poles on the unit circle neither grow nor decay. A loop that levitates a rotor may have the following poles on the
-circle, none of which moves the rotor away:
+Motions with poles on the unit circle neither grow nor decay. A loop that levitates a rotor may have the following poles
+on the circle, none of which moves the rotor away:
 
-- z = 1 of an integrator outside the loop: nothing feeds its input, its output feeds no demand, or several
-  integrators act on the same motion. Its state remains constant.
+- z = 1 of an integrator outside the loop, such as an integrator whose input or output is not connected, or one of
+  several integrators that act on the same motion. Its state remains constant.
 - z = 1, twice, of an unsupported rigid motion, such as that of a rotor on springs of zero stiffness. Its velocity
   remains constant.
 - |z| = 1 of a mode without damping whose nodes are at the magnets or the sensors.
 
 The angle of the shaft is not a state of the linear model, so its free rotation adds no pole. Rounding moves poles off
-the circle; a double pole moves by the square root of the precision. To first order, an error E of the matrix moves a
-pole by
+the circle; a double pole moves by about the square root of the machine precision. To first order, an error E of the
+matrix moves a pole by
 
     |dz| <= kappa |E|,   kappa = |y| |x| / |y^H x|                                                   (1)
 
 with its left and right eigenvectors y and x (J. H. Wilkinson, The Algebraic Eigenvalue Problem, Oxford 1965, chapter
 2). For the two halves of a split double pole, kappa is about the inverse of their distance, so (1) covers them as well.
-A pole counts as on the circle if an error of `ROUNDING` times the precision could move it there. Such poles are
-counted, and the largest of the other poles determines stability.
+A pole is considered to be on the circle if an error of `ROUNDING` times the machine precision could move it there. Such
+poles are counted, and the largest of the other poles determines stability.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class LoopStability:
         Bearing at which the rotor moves most; "" if unknown. The axis is included if the motion along it is more than
         twice the motion along the other axis.
     on_circle
-        Number of poles on the unit circle within rounding.
+        Number of poles that lie on the unit circle except for rounding.
     """
 
     radius: float
@@ -74,12 +74,12 @@ class LoopStability:
 
     @property
     def is_stable(self) -> bool:
-        """Whether no pole grows."""
+        """Whether no motion of the loop grows."""
         return self.radius <= 1.0
 
     @property
     def is_drift(self) -> bool:
-        """Whether the pole moves without vibration."""
+        """Whether the motion of the pole is a drift without vibration."""
         return self.frequency == 0.0
 
     @property
@@ -103,7 +103,7 @@ class LoopStability:
         if not self.on_circle:
             return ""
         count = "1 pole is" if self.on_circle == 1 else f"{self.on_circle} poles are"
-        return f"{count} on the unit circle within rounding, from free motion or integrators outside the loop"
+        return f"{count} on the unit circle within rounding errors, due to free motion or integrators outside the loop"
 
 
 def stability_of(A: Array, sample_time: float) -> LoopStability:
@@ -114,7 +114,7 @@ def stability_of(A: Array, sample_time: float) -> LoopStability:
 def deciding_pole(A: Array, z: Complex, sample_time: float) -> tuple[LoopStability, int]:
     """Return the stability of x(n+1) = A x(n) with poles z, and the index of the pole that determines it.
 
-    If all poles are on the unit circle, the result is the pole with index 0, with the radius 0.
+    If all poles are on the unit circle, the radius is 0 and the index is 0.
     """
     circle = _on_circle(A, z)
     radii = np.where(circle, 0.0, np.abs(z))
@@ -127,7 +127,7 @@ def deciding_pole(A: Array, z: Complex, sample_time: float) -> tuple[LoopStabili
 
 
 def _on_circle(A: Array, z: Complex) -> Array:
-    """Return which poles are on the unit circle within rounding, by (1)."""
+    """Return which poles lie on the unit circle, except for the rounding error estimated by (1)."""
     distance = np.abs(np.abs(z) - 1.0)
     if not (distance < NEAR).any():
         return np.zeros(len(z), dtype=bool)

@@ -44,9 +44,9 @@ class LoadCapacity(NamedTuple):
 def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
     """Return the error of the linear law F = K_s x + K_i I_c (2.7), relative to |K_s x| + |K_i I_c|.
 
-    The law is compared with (2.6) with saturation. Because the error is relative to the sum of magnitudes, it stays
-    finite where the terms cancel. At the operating point, the error is 0. The parameters and exceptions are those of
-    `linearisation`.
+    The reference is the force law (2.6), including saturation. Because the error is relative to the sum of magnitudes,
+    it stays finite where the terms cancel. At the operating point, the error is 0. The parameters and exceptions are
+    those of `linearisation`.
     """
     k_s, k_i = linear_constants(p)
     exact = linearisation(p, x, i_c).force
@@ -58,7 +58,7 @@ def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
 def linear_range(p: np.record, tolerance: float = 0.05) -> LinearRange:
     """Return the range in which the error of the linear law is at most `tolerance`, along x and along I_c.
 
-    If the law is that accurate everywhere, the gap or the coils set the limit.
+    If the error is smaller everywhere, the range is limited by the gap or the coils.
 
     Raises
     ------

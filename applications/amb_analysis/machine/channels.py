@@ -1,4 +1,4 @@
-"""Channels of a measurement at places of a rotor, identified by their names and units.
+"""Measurement channels, and the places on a rotor that their names and units identify.
 
     fan.x       displacement (m), velocity (m/s), acceleration (m/s^2) or force (N) at the part `fan`, along x; for a
                 body with an `offset`, at its centre of mass
@@ -8,7 +8,7 @@
     left.i_x    current (A) of an axis of a magnetic bearing: injected into its demand, or demanded
     thrust.z    the same along the shaft of a rotor with a thrust disc: thrust.z, thrust.f_z, thrust.i_z
 
-Names as in a run, which begin with a component, are also allowed: `rotor_contact.fan.f_x`.
+Names that begin with a component, as in a run, are also allowed: `rotor_contact.fan.f_x`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ DIRECTIONS = {f"{kind}{axis}": axis for kind in KINDS for axis in "xy"}
 
 @dataclass(frozen=True)
 class Place:
-    """A quantity at a place of the rotor.
+    """A quantity at a place on the rotor.
 
     name
         Name of the channel.
@@ -62,7 +62,7 @@ class Place:
         return f"{self.place}.{self.direction}"
 
     def point_on(self, rotor: Rotor) -> Point:
-        """Return the point of a lateral channel on a rotor: a node, or a body's centre of mass that is off its node.
+        """Return the point of a lateral channel on a rotor: a node, or the centre of mass of a body with an `offset`.
 
         Raises
         ------
@@ -86,7 +86,7 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
     Raises
     ------
     ValueError
-        If the name does not denote a place of the rotor, or if the unit is not allowed for such a channel.
+        If the name does not denote a place on the rotor, or if the unit is not allowed for such a channel.
     """
     allowed = ("N", "A") if is_input else (*ORDERS, "A")
     if unit not in allowed:
@@ -122,7 +122,7 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
 
 
 def node_rows(rotor: Rotor, places: Sequence[Place]) -> list[int]:
-    """Return the row of each place in the displacements: x and y of each of the `harmonic_points`, then z."""
+    """Return the row of each place among the displacements: x and y of every point of `harmonic_points`, then z."""
     points = harmonic_points(rotor)
 
     def row(place: Place) -> int:

@@ -1,4 +1,4 @@
-"""The sampled loop of a machine with additional bearings, such as stages, and with varied constants."""
+"""The sampled loop of a machine with varied constants and additional bearings, such as the cross coupling of stages."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ NOMINAL = MachineVariation()
 def coupled_loop(machine: Machine, others: tuple[Bearing, ...] = (), variation: MachineVariation = NOMINAL) -> Loop:
     """Return the sampled loop of a machine with the bearings `others` added, and with factors on its constants.
 
-    Calls with the same arguments return the same loop, so that analyses share its poles.
+    Calls with the same arguments return the same loop, so analyses share the poles that are computed for it.
     """
     source = machine.linear_components
 

@@ -92,8 +92,8 @@ def component_responses(
     Returns
     -------
     rows, responses
-        Rows of the displacements that are read, among x and y of all nodes, or the machine's `axial_row`. The responses
-        have the shape (n, outputs, rows + injected).
+        Row of each displacement that is read: its index among x and y of all nodes, or the machine's `axial_row`. The
+        responses have the shape (n, outputs, rows + injected).
     """
     names = [name for name in linear_source.names if name != PLANT and (components is None or name in components)]
     feeds, parts = linear_source.feeds([*names, PLANT]), linear_source.parts(names)
@@ -127,7 +127,7 @@ def component_responses(
 
 
 def lateness(linear_source: LinearSource, outputs: Sequence[str]) -> Array:
-    """Return the times (s) by which outputs of components appear after the samples that they belong to.
+    """Return the delay (s) of each output relative to the sample from which it is computed.
 
     For a sampled component, this time is the fraction of a sample by which its outputs are late, plus one sample if the
     outputs appear at the end of a step.
@@ -157,7 +157,7 @@ def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]
 
 
 def _link(source: LinearComponent, target: LinearComponent, omegas: Array) -> Complex:
-    """Return the response of a connection: (2) from a sampled component to a continuous one, otherwise 1."""
+    """Return the response of a connection: (2) if it leads from a sampled to a continuous component, otherwise 1."""
     time = source.law.sample_time
     if time is None or target.law.sample_time is not None:
         return np.ones(len(omegas), np.complex128)
@@ -211,7 +211,7 @@ def springs(machine: Machine, stiffness: Mapping[str, float], floor: float) -> d
 
 
 def directional_stiffness(machine: Machine, omegas: Array) -> dict[str, dict[str, Complex]]:
-    """Return the synchronous `parallel_stiffness` by direction: " along x" and " along y"; only "" if both agree."""
+    """Return the synchronous `parallel_stiffness` with the keys " along x" and " along y", or only "" if both agree."""
     x, y = (parallel_stiffness(machine, omegas, axis=axis) for axis in AXES)
     size = max(float(np.abs(x[bearing]).max()) for bearing in machine.magnets)
     if all(np.allclose(x[bearing], y[bearing], rtol=0.0, atol=ALIKE * size) for bearing in x):

@@ -6,8 +6,8 @@ The magnetic bearing forces depend on the displacements x of all nodes and on th
 
 H is the response of the rotor with its passive bearings and seals (`rotor_analysis.harmonic`), and p are external
 forces. The demanded currents c are taken after their delay. y are displacements (k = 0), velocities (k = 1) or
-accelerations (k = 2). A positive force and the motion that it starts have the same direction, so the receptance of a
-free mass m is -1/(m omega^2).
+accelerations (k = 2). Forces and motions are positive in the same direction, so the receptance of a free mass m is
+-1/(m omega^2).
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Structure:
         return replace(self, machine=machine)
 
     def model(self, nodes: Sequence[int], highest: float) -> HarmonicModel:
-        """Return the reduced rotor for forces at some nodes up to a frequency (rad/s); it is computed once."""
+        """Return the reduced rotor for forces at some nodes up to a frequency (rad/s); it is computed only once."""
         key = tuple(sorted(set(nodes))), highest, self.bearings
         if key not in self._models:
             self._models[key] = harmonic_model(self.rotor, nodes, highest, self.bearings)

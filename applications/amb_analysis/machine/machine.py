@@ -45,9 +45,9 @@ class Place(NamedTuple):
     node, clearance
         Node and radial clearance (m).
     signal
-        Prefix of the names of its displacements in the plant.
+        Prefix of the names of the plant's displacements at this place.
     offset
-        Distance (m) of its centre from the centre of the levitated rotor.
+        Distance (m) between the centre of the place and the centre of the levitated rotor.
     """
 
     node: int
@@ -105,7 +105,7 @@ class Machine:
 
     @property
     def _sampling(self) -> Sampling:
-        """Sampling and places of the control; without control, forces may act at all places, held over a step."""
+        """Sampling and nodes of the control; without it, forces at bearings and contact sites, held over a step."""
         try:
             loop = self.run_loop
         except ValueError:

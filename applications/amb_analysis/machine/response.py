@@ -42,7 +42,7 @@ def synchronous_response(
     cases
         Unbalance (kg m) of each case, by node or centre of mass.
     others
-        Additional bearings, such as stages.
+        Additional bearings, such as the cross coupling of stages.
     """
     rotor = machine.free_rotor
     return synchronous_motion(rotor, stiffness_of(machine, others), cases, speeds, rotor.nodes)
@@ -55,7 +55,7 @@ def refined_response(
     nodes: Sequence[int],
     others: tuple[Bearing, ...] = (),
 ) -> tuple[Array, Complex]:
-    """Return speeds (rad/s), denser near critical speeds and maxima, and the `synchronous_response` at them.
+    """Return speeds (rad/s), denser near critical speeds and maxima, and the `synchronous_response` at these speeds.
 
     Parameters
     ----------

@@ -9,9 +9,9 @@ Frequency responses:
     inputs, outputs                names
     input_units, output_units      units
 
-A record over time has `time` or `sample_time`, and an array for each channel. Its `units` are a structure with a field
-for each channel, or in `.npz` text arrays `units.NAME`. `Result.to_mat` writes this form. Times are in s unless
-`units.time` or `time_unit` is given.
+A record over time has `time` or `sample_time`, and an array for each channel. Its units are in a structure `units` with
+a field for each channel or, in an `.npz` file, in text arrays `units.NAME`. `Result.to_mat` writes this form. Times are
+in s unless `units.time` or `time_unit` is given.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def _refuse_unused_units(content: dict[str, Any], used: Sequence[str]) -> None:
     for key, value in content.items():
         is_unit = key.endswith(("unit", "units")) and value.dtype.kind == "U"
         if is_unit and key not in used:
-            raise ValueError(f"{key} is not used; it must be one of {', '.join(used)}")
+            raise ValueError(f"{key} does not name the units of an array; it must be one of {', '.join(used)}")
 
 
 def _texts(content: dict[str, Any], key: str) -> list[str]:
@@ -141,7 +141,7 @@ def _numbers(content: dict[str, Any], key: str) -> np.ndarray:
 
 
 def _shaped(content: dict[str, Any], key: str, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array of numbers in its expected shape, with trailing dimensions of length 1, which Matlab drops."""
+    """Return an array of numbers in its expected shape, including trailing dimensions of length 1 that Matlab drops."""
     value = np.asarray(content[key])
     squeezed = tuple(k for k in shape if k != 1)
     if value.dtype.kind not in "fiuc" or tuple(k for k in value.shape if k != 1) != squeezed:

@@ -5,11 +5,11 @@ For the computed response H_c and the measured response H_m at n frequencies,
     z = 1/n sum H_c/H_m |H_m/H_c|                                                                  (1)
 
 has the angle 0 if H_m and H_c agree, and 180 degrees if the force or the sensor points in the opposite direction. FRAC,
-MAC and the levels do not reveal a reversed direction, for which no parameter of a rotor can compensate. An angle of 90
+MAC and the levels do not reveal a reversed direction, and no parameter of a rotor can compensate for it. An angle of 90
 degrees indicates that a measured velocity was taken for a displacement or an acceleration.
 
-Data in the convention exp(-j omega t) have conjugate values, and their poles grow (`modal_fit.is_conjugate`). For such
-data, the following sums over frequency, with unit phasors u = H/|H|,
+Data in the convention exp(-j omega t) have conjugate values and appear to have unstable poles
+(`modal_fit.is_conjugate`). For such data, the following sums over frequency, with unit phasors u = H/|H|,
 
     q_re = sum Re u_m Re u_c/sum |Re u_m Re u_c|,   q_im = sum Im u_m Im u_c/sum |Im u_m Im u_c|    (2)
 

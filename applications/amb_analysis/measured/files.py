@@ -37,7 +37,7 @@ def read_measured(
         UFF (`.uff`, `.unv`; sets 58 and 55), arrays (`.mat`, `.npz`), a table (`.csv`, `.tsv`, `.txt`), or the
         result of a run.
     names
-        Names that channels have in the model, by the names that they have in the file.
+        Names of the channels in the model, by their names in the file.
     inputs, estimation
         Arguments of `estimate`, for a file that contains a record over time.
     units

@@ -90,7 +90,8 @@ def fit(residuals: Residuals, free: Sequence[FreeParameter], start: Sequence[flo
     ------
     ValueError
         If there are not more residuals than parameters, if the start is outside the bounds, or if the data do not
-        determine a parameter, because it has no influence or its interval is wider than its bounds.
+        determine a parameter. A parameter is not determined if it has no influence, or if its interval is wider than
+        its bounds.
     """
     first = residuals(np.asarray(start, np.float64))
     best = minimised(residuals, free, start)
@@ -163,14 +164,14 @@ def intervals(
 
 
 def leverages(residuals: Residuals, free: Sequence[FreeParameter], best: Array) -> Array:
-    """Return the leverage of each residual, which is the diagonal of J (J^T J)^-1 J^T, shape (n,)."""
+    """Return the leverages of the residuals, which are the diagonal of J (J^T J)^-1 J^T, shape (n,)."""
     _, jacobian, low, span = _scaled(residuals, free)
     U, sizes, _ = np.linalg.svd(jacobian((best - low) / span), full_matrices=False)
     return np.asarray(np.sum(U[:, sizes > 1e-12 * sizes[0]] ** 2, axis=1))
 
 
 def _scaled(residuals: Residuals, free: Sequence[FreeParameter]) -> tuple[Residuals, Residuals, Array, Array]:
-    """Return residuals and Jacobian as functions of parameters scaled to 0 to 1, the lowest values, and the ranges."""
+    """Return residuals and Jacobian as functions of parameters from 0 to 1, and each parameter's minimum and range."""
     low, span = (np.array(v) for v in ([p.lowest for p in free], [p.highest - p.lowest for p in free]))
 
     def scaled(u: Array) -> Array:
@@ -204,6 +205,6 @@ def _refuse_uncertain(free: Sequence[FreeParameter], half: Array, correlation: A
             pair = f"; it cannot be separated from {free[j].name}" if others[j] > INSEPARABLE else ""
             range_ = f"{p.lowest:g} to {p.highest:g}"
             raise ValueError(
-                f"the data do not determine {p.name}: its 95 % interval is wider than its bounds, {range_}{pair}; "
-                "leave it out, or measure at other points"
+                f"the data do not determine {p.name}: its 95 % interval is wider than its allowed range, {range_}{pair}"
+                "; leave it out, or measure at other points"
             )

@@ -154,7 +154,10 @@ def _error(frequencies: Array, H: Complex, poles: Complex) -> float:
 
 
 def _basis(frequencies: Array, count: int, poles: Complex) -> tuple[Complex, Complex]:
-    """Return s of (1), scaled to -j to j, and the columns s^k, k < `count`, and 1/(s - pole) of each pole (Hz)."""
+    """Return s of (1), scaled to range from -j to j, and a matrix of basis functions.
+
+    Its columns are s^k for k < `count`, and 1/(s - pole) for each of the poles (Hz).
+    """
     middle, half = 0.5 * (frequencies[0] + frequencies[-1]), 0.5 * (frequencies[-1] - frequencies[0])
     s = 1j * (frequencies - middle) / half
     columns = [s**k for k in range(count)] + [1.0 / (s - (pole - 1j * middle) / half) for pole in poles]
@@ -182,7 +185,7 @@ def _clear_poles(responses: Sequence[FrequencyResponse]) -> int:
 
 
 def _peaks(responses: Sequence[FrequencyResponse]) -> tuple[Array, Complex, Array, Indices]:
-    """Return the frequencies, the responses, shape (responses, n), their mean power, and the indices of its peaks."""
+    """Return frequencies, responses of shape (responses, n), their mean power, and the indices of the power's peaks."""
     frequencies = responses[0].frequencies
     if any(not np.array_equal(item.frequencies, frequencies) for item in responses):
         raise ValueError(
@@ -226,8 +229,8 @@ def _fits(frequencies: Array, H: Complex, narrowest: float) -> list[FittedMode]:
     With p poles, (1) has the denominator prod(s - lambda_j) and polynomials N_c of degree p + 1. With the residuals e
     and their degrees of freedom d, two poles are better if (e_1^2/d_1)/(e_2^2/d_2) > 6. Both poles must decay, lie
     within the frequency range of the lines, and contribute to the peak. Their half-power widths must be at least
-    `narrowest` (Hz), the width that the lines resolve, because the window of an estimate has a shape that two poles fit
-    better than one.
+    `narrowest` (Hz), the width that the lines resolve. This condition is needed because two poles fit the spectral
+    shape of an estimate's window better than one pole does.
     """
     one, two = (_fit(frequencies, H, p) for p in (1, 2))
     count, n = H.shape

@@ -82,7 +82,9 @@ class FrequencyResponse:
                 raise ValueError(f"{self.name}: coherence {worst:g} is not allowed; it must be from 0 to 1")
             object.__setattr__(self, "coherence", np.clip(self.coherence, 0.0, 1.0))
         if n < 2 or not np.isfinite(self.frequencies).all() or not (np.diff(self.frequencies) > 0.0).all():
-            raise ValueError(f"{self.name}: its {n} frequencies are not allowed; they must be two or more, ascending")
+            raise ValueError(
+                f"{self.name}: its {n} frequencies are not allowed; there must be two or more, in ascending order"
+            )
         if self.frequencies[0] <= 0.0:
             raise ValueError(f"{self.name}: frequency {self.frequencies[0]:g} Hz is not allowed; it must be > 0 Hz")
 
@@ -98,11 +100,11 @@ class FrequencyResponse:
         return f"{above}/{self.input.unit}"
 
     def between(self, lowest: float, highest: float) -> FrequencyResponse:
-        """Return the part between two frequencies (Hz)."""
+        """Return the part of the response between two frequencies (Hz)."""
         return self.at((self.frequencies >= lowest) & (self.frequencies <= highest))
 
     def at(self, k: Indices | Bools) -> FrequencyResponse:
-        """Return the part at the frequencies that are selected by their indices or by a mask."""
+        """Return the response at the frequencies that indices or a mask select."""
         coherence = None if self.coherence is None else self.coherence[k]
         return replace(self, frequencies=self.frequencies[k], values=self.values[k], coherence=coherence)
 
@@ -130,7 +132,7 @@ class Modes:
             or np.isinf(self.damping_ratios).any()
         ):
             raise ValueError(
-                "modes are not allowed; each needs a frequency > 0 Hz and a damping ratio (NaN if unknown)"
+                "these modes are not allowed; each mode needs a frequency > 0 Hz and a damping ratio (NaN if unknown)"
             )
 
 
@@ -151,7 +153,7 @@ class TimeRecord:
     repeats: int = 1
 
     def channel(self, name: str) -> Channel:
-        """Return the channel of a name; if a force and a motion at a driving point share this name, return the force.
+        """Return the channel with this name; if a force and a motion at a driving point share it, return the force.
 
         Raises
         ------
@@ -167,7 +169,8 @@ class TimeRecord:
             found = [channel for channel in found if channel.unit in EXCITATIONS]
         if len(found) != 1:
             raise ValueError(
-                f"the record has several channels {name!r}; one of them must be in {', '.join(EXCITATIONS)}"
+                f"the record has several channels {name!r}; exactly one of them must have the unit "
+                f"{' or '.join(EXCITATIONS)}"
             )
         return found[0]
 

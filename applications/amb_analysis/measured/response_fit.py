@@ -1,17 +1,18 @@
 """Parameters of a model from measured frequency responses, whose scatter is estimated from the data.
 
-The fit begins with the residuals ln(H/H_m), because these find the resonances even from a distant start. However, these
-residuals are biased near a noise floor. The fit therefore ends with differences divided by their standard deviations,
+The fit begins with the residuals ln(H/H_m), with which it finds the resonances even from a distant start. However,
+these residuals are biased near a noise floor. The fit therefore ends with differences divided by their standard
+deviations,
 
     r_k = (H_k - H_mk)/sqrt(v_k/2), real and imaginary                                               (1)
     v_k = a + b |H_k|^2 + c |H_k|^2 (1 - gamma_k^2)/gamma_k^2                                        (2)
 
-The coefficient a is a noise floor, b describes scatter in proportion to the response, and c describes the scatter of an
-estimate with the coherence gamma^2. Each response has its own coefficients a, b, c >= 0. They maximise the likelihood
-under the assumption that e_k = |H_k - H_mk|^2/v_k is exponentially distributed. Each coefficient is multiplied
-repeatedly by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), where x is its factor in (2), until the coefficient converges. In
-(2), H is the model of the previous step. With the measured |H|, values that are small by chance would receive too much
-weight.
+The coefficient a is a noise floor, b describes scatter that is proportional to the response, and c describes the
+scatter of an estimate with the coherence gamma^2. Each response has its own coefficients a, b, c >= 0. They maximise
+the likelihood under the assumption that e_k = |H_k - H_mk|^2/v_k is exponentially distributed. Each coefficient is
+multiplied repeatedly by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), where x is its factor in (2), until the coefficient
+converges. In (2), H is the model of the previous step. With the measured |H|, values that are small by chance would
+receive too much weight.
 
 Residuals r of neighbouring lines should be independent. If they have correlations rho_l at a distance of l lines, the
 covariance of the parameters grows by the factor
@@ -133,8 +134,8 @@ def _scatters(
 ) -> tuple[list[Array], float]:
     """Return the terms of (2) for each response, shape (n, terms), and -2 times the logarithm of the likelihood.
 
-    A line with the leverage h, summed over its real and imaginary parts, leaves a residual that is too small. The
-    square of this residual is therefore divided by 1 - h/2.
+    The residual of a line is too small, because the line affects the fit. The square of the residual is therefore
+    divided by 1 - h/2, where h is the leverage of the line, summed over its real and imaginary parts.
     """
     result, total = [], 0.0
     for H, curve, h in zip(values, curves, shares, strict=True):
@@ -212,7 +213,7 @@ def _dependence(residuals: Sequence[Complex]) -> tuple[float, float]:
 
 
 def _systematic(residuals: Sequence[Complex], curves: Sequence[FrequencyResponse], inflation: float) -> str:
-    """Return a text that states where (4) is largest, if noise does not explain (4); an empty text otherwise."""
+    """Return a text that states where (4) is largest, or an empty text if noise alone can explain this value."""
     runs, largest, where = 0, 0.0, ""
     for z, curve in zip(residuals, curves, strict=True):
         sums, L = np.concatenate([[0.0], np.cumsum(z)]), 1

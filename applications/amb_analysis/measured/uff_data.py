@@ -10,7 +10,7 @@ Units are taken from the axis labels. If there is no label, the numbers are divi
 
 where the exponents a and b depend on the type of data, for example 1 and 0 for a displacement. If there is no set 164,
 the numbers are taken to be in SI units. A label that contradicts the type of data or set 164 is refused, because either
-of the two may be wrong by a factor of 1000 or more.
+the label or the data that it contradicts may be wrong by a factor of 1000 or more.
 
 The damping ratio zeta of a mode in a set 55 is viscous, or is half of a hysteretic loss factor, zeta = eta/2, which
 gives a resonance of the same height. Definitions of the sets: Structural Dynamics Research Laboratory, University of
@@ -186,7 +186,7 @@ def _response(item: Set, partner: Set | None, units: StatedUnits) -> FrequencyRe
     (output_name, output_sign), (input_name, input_sign) = _name(item, "rsp"), _name(item, "ref")
     name = f"{output_name}/{input_name}"
     if item["ord_data_type"] in REAL:
-        raise ValueError(f"{name} is real, an amplitude without its phase; export it as complex numbers")
+        raise ValueError(f"{name} is real: it contains amplitudes without phases; export it as complex numbers")
     if stated := units.of(name, ""):
         ends = [si_unit(unit, name) for unit in split_quotient(stated, name)]
     else:
@@ -200,7 +200,7 @@ def _response(item: Set, partner: Set | None, units: StatedUnits) -> FrequencyRe
 
 
 def _coherence(item: Set | None, frequencies: Array) -> Array | None:
-    """Return a coherence if it is at the frequencies of its response, otherwise None."""
+    """Return the coherence if its frequencies are the same as those of the response, otherwise None."""
     if item is None or len(item["x"]) != len(frequencies):
         return None
     same = np.allclose(item["x"], frequencies, rtol=SAME_FREQUENCIES, atol=0.0)
@@ -214,7 +214,9 @@ def _labels(item: Set, name: str) -> dict[str, str]:
     if above and not _is_unit(above, name):
         quotient, of_input = split_quotient(above, name)
         if below and si_unit(below, name) != si_unit(of_input, name):
-            raise ValueError(f"{name} in {above} over {below} is not allowed; state its unit, {_example(name)}")
+            raise ValueError(
+                f"{name}: the labels {above} and {below} contradict each other; state its unit, {_example(name)}"
+            )
         above, below = quotient, of_input
     return {"ordinate": above, "orddenom": below}
 

@@ -13,8 +13,8 @@ END_OF_SET = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*\r?(?=\n|\Z)")
 def unpadded(content: bytes) -> bytes:
     """Return a file without trailing blanks, which pyuff mistakes for numbers, and with one kind of line ending.
 
-    Binary numbers are left as they are. The head of a set states its number of lines of text and its number of bytes.
-    The binary numbers begin after this text. They end at the first end-of-set line after this number of bytes.
+    Binary numbers are left as they are. The header of a set states how many lines of text it has, and how many bytes of
+    binary numbers follow the text. The numbers end at the first end-of-set line after this number of bytes.
     """
     parts, at = [], 0
     for head in BINARY_HEAD.finditer(content):

@@ -29,7 +29,7 @@ class StatedUnits:
     names: set[str] = field(default_factory=set)
 
     def of(self, name: str, unit: str) -> str:
-        """Return the stated unit of a column or channel, or the unit in the file if none is stated."""
+        """Return the stated unit of a column or channel, or the unit in the file if the user states no unit."""
         self.names.add(name)
         return self.units.get(name, unit)
 
@@ -78,7 +78,8 @@ def si_unit(unit: str, name: str) -> tuple[float, str]:
             return to_unit(f"1 {text}", target, name), target
         except ValueError:
             continue
-    raise ValueError(f"{name}: unit {unit!r} is not allowed; it must be one of {', '.join(SI)}, g, or a multiple")
+    allowed = f"{', '.join(SI)}, g, or a multiple of one of these"
+    raise ValueError(f"{name}: unit {unit!r} is not allowed; it must be one of {allowed}")
 
 
 def si_channel(name: str, unit: str) -> tuple[float, Channel]:
@@ -91,8 +92,8 @@ def even_step(times: Array) -> float:
     """Return the step of evenly spaced times, in their unit.
 
     The step is the slope h of the straight line t_0 + k h that fits the times by least squares. Times are evenly spaced
-    if they deviate from this line only by rounding, either to decimal places or significant digits, as in a file, or to
-    single precision.
+    if they deviate from this line only by rounding: to decimal places or significant digits, as in a file, or to single
+    precision.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def even_step(times: Array) -> float:
 
 
 def _rounding(times: Array, most: float) -> float:
-    """Return the coarsest unit, up to `most`, to which all times are rounded; it is no finer than double precision."""
+    """Return the largest unit, up to `most`, to which all times are rounded, in decimal or in binary digits."""
     largest = float(np.abs(times).max())
     units = [float(np.spacing(largest))]
     if (np.abs(times - times.astype(np.float32)) <= SINGLE * np.abs(times)).all():

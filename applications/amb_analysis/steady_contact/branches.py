@@ -1,4 +1,4 @@
-"""Branches of states over speed, continued through folds."""
+"""Branches of states as functions of speed, continued through folds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MEETS = 0.9  # largest distance of the end states of two branches that meet in a
 
 
 def branches(states: StatesOfSet, n_speeds: int) -> list[list[int]]:
-    """Return the branches of one unbalance as lists of state indices; branches that meet in a fold are joined.
+    """Return the branches for one unbalance as lists of state indices; branches that meet in a fold are joined.
 
     States at neighbouring speeds are paired so that the sum of their distances is minimal. If two branches begin, or
     end, close to each other between the same two speeds, they meet there.

@@ -76,7 +76,7 @@ def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """Forces and margins as functions of frequency, for all sets of sites and signs of a rotor."""
+    """Forces and margins as functions of frequency, for all sets of sites in contact and all their signs p."""
 
     rotor: RubbingRotor
     loop: ForwardLoop
@@ -85,7 +85,7 @@ class _Search:
 
     @cached_property
     def sets(self) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
-        """The sites in contact, and p of each site, for each set."""
+        """For each set, the sites in contact and the sign p of each of these sites."""
         sites = range(len(self.rotor.sites))
         singles: list[tuple[tuple[int, ...], tuple[int, ...]]] = [((site,), (1,)) for site in sites]
         return [*singles, *((pair, (1, sign)) for pair in combinations(sites, 2) for sign in (1, -1))]

@@ -1,13 +1,13 @@
 """Growth, due to friction, of the whirl of a rotor that rests on a face and has no other support.
 
-The forces of a whole ring that spins fast against its seat are linear in the tilt u of the shaft there and in the
-velocity v of the face, both written as complex numbers x + i y. Let k_t = k R^2/2 and d_t = d R^2/2. Let n be 1 if the
-seat pushes the rotor towards larger z, and -1 otherwise. At the slip speed omega of the ring,
+If the whole ring of a face touches and spins fast against its seat, its forces are linear in the tilt u of the shaft at
+the face and in the velocity v of the face. Both are written as complex numbers x + i y. Let k_t = k R^2/2 and d_t = d
+R^2/2. Let n be 1 if the seat pushes the rotor towards larger z, and -1 otherwise. At the slip speed omega of the ring,
 
     moment  -k_t u - d_t u' - n N h u,    force  -i n mu sgn(omega) (k_t u + d_t u')/R - mu N v/(2 |omega| R)     (1)
 
-act on the shaft (`rotor_contact.contact.faces`). The growth is the largest real part of the poles. If the face turns a
-race, and friction overcomes the drag M of the balls of the race, the slip, which drives the whirl, ends after
+act on the shaft (`rotor_contact.contact.faces`). The growth is the largest real part of the poles. The slip drives the
+whirl. If the face turns a race, and friction exceeds the drag M of the balls in this race, the slip ends after
 
     t = J_r |omega|/(mu N R - M)                                                                                  (2)
 """
@@ -33,7 +33,7 @@ ROUNDING = 1e-6  # of the fastest pole, below which a real part is that of a mot
 
 @dataclass(frozen=True)
 class FaceWhirl:
-    """Whirl of a rotor on a face: growth (1/s), and time (s) until the race turns with the rotor, or infinity."""
+    """Whirl of a rotor on a face: growth (1/s), and time (s) until the race turns with the rotor (may be infinite)."""
 
     growth: float
     follows_after: float

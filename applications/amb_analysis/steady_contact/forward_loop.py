@@ -170,7 +170,7 @@ def _pair(component: str, variable: str) -> Pair:
 
 
 def flat(pairs: Sequence[Pair]) -> list[str]:
-    """Return the names in all pairs, with x before y in each pair."""
+    """Return the names of all pairs in one list, with x before y in each pair."""
     return [name for pair in pairs for name in pair]
 
 

@@ -12,10 +12,11 @@ currents that satisfy the condition, those with the smallest maximum are the sol
     minimise t,  |I_b| <= t,  |r_k + S_k I| <= s b_k                                                  (2)
 
 Condition (2) is stricter than necessary: a state with one site in contact also does not exist if the rotor would
-penetrate another site. Moreover, the orbits need not shrink by the same factor. The currents that leave no state in
-contact do not form a convex set. The solution of (2) belongs to this set. Starting from this solution, a search tries
-directions I/t in which such currents may be smaller, first all directions and then directions ever closer to the best
-one. The result leaves no state in contact, and is the smallest that the search finds.
+penetrate another site. Moreover, the orbits at different sites need not shrink by the same factor. The currents that
+leave no state in contact do not form a convex set. The solution of (2) belongs to this set. A search starts from this
+solution and tries directions I/t in which such currents may be smaller. It first tries all directions, and then
+directions ever closer to the best direction. The result leaves no state in contact, and is the smallest that the search
+finds.
 """
 
 from __future__ import annotations
@@ -118,7 +119,7 @@ def _any_free(
 
 
 def _sufficient(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex) -> Complex | None:
-    """Return the J of (2) with the largest s at which it frees the rotor; None if the orbits cannot be that small."""
+    """Return the J of (2) with the largest s at which it frees the rotor; None if no such s is found."""
     at, mu = rotor.receptances(Omega), rotor.mu(Omega)
     r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
     limits = trap_limits(at.R, mu, rotor.c) * (1.0 - MARGIN)
@@ -181,7 +182,7 @@ def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
 def _are_free(rotor: RubbingRotor, Omega: float, added: Complex) -> Bools:
     """Return whether the contact-free orbit is the only state, for each set of injected currents, shape (n, bearings).
 
-    Sets of more sites are tried last, and only with the remaining currents, because their states take longer to
+    Larger sets of sites are tried last, and only with the remaining currents, because their states take longer to
     compute.
     """
     at, mu, c = rotor.receptances(Omega), rotor.mu(Omega), rotor.c

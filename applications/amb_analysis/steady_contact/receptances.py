@@ -5,8 +5,8 @@ Forces F exp(i Omega t) at the sites, unbalance u, and currents I injected at th
     q = R F + P u Omega^2 + S I,      i = R_i F + P_i u Omega^2 + S_i I                               (1)
 
 where q are the displacements at the sites (m), and i are the demanded currents (A). G(i Omega) is the plant's response
-to a force. The samples are exactly y = G_y F + H_y i, with z = exp(i Omega T), and the held current moves the sites by
-its first harmonic,
+to a force. The sampled readings are exactly y = G_y F + H_y i, with z = exp(i Omega T), and the held current moves the
+sites by its first harmonic,
 
     H_q = G_q(i Omega) exp(-i Omega f T) (1 - exp(-i Omega T))/(i Omega T)                            (2)
 
@@ -48,7 +48,9 @@ class Receptances:
 
 
 def receptances(loop: ForwardLoop, whirl: float | None = None) -> Receptances:
-    """Return the receptances at a whirl frequency (rad/s), negative for backward whirl; by default at the spin speed.
+    """Return the receptances at a whirl frequency (rad/s); by default, the whirl frequency is the spin speed.
+
+    The frequency of a backward whirl is negative.
 
     Raises
     ------

@@ -3,14 +3,14 @@
     omega = -Omega R_s/c,    N_j (1 + i t_j) = -conj(p_j) sum_k E_jk c_k p_k,    |t_j| <= mu_j        (1)
 
 where E = R(omega)^-1 for the rolling sites, p_j = exp(i psi_j), and there is no unbalance. Only sites with equal R_s/c
-roll together. The angle between two of them is then free. Therefore N_j (1 + i t_j) lies on a circle, and the distance
-of the journal from the centre of another site s is bounded:
+roll together. The angle between two such sites is then arbitrary. Therefore N_j (1 + i t_j) lies on a circle, and the
+distance of the journal from the centre of another site s is bounded:
 
     |N_j (1 + i t_j) - a_j| = b_j,    a_j = -c_j E_jj,    b_j = c_k |E_jk|                           (2)
     max |t_j| = max |tan(arg a_j +- arcsin(b_j/|a_j|))|,    max |q_s| = sum_k |(R_s E)_k| c_k        (3)
 
-The equations do not determine whether a rotor reaches this state. A disturbance may lead to it: friction accelerates a
-backward whirl that is faster than the unstable whirls of `whirl`.
+The equations do not determine whether a rotor reaches this state. A disturbance may lead to rolling, because friction
+accelerates a backward whirl that is faster than the unstable whirls of `whirl`.
 """
 
 from __future__ import annotations

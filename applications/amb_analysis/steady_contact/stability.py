@@ -1,8 +1,8 @@
 """Small motion about a synchronous state: linear dynamics in the rotating frame under the contact constraints.
 
-In axes that turn with the rotor, along n and t of each site, a small motion (a, b) of a journal in contact changes its
-force -N (1 + i mu) exp(i psi) to first order. The constraint requires a = 0. If lambda is the change of N, then with
-friction
+The axes turn with the rotor and point along the normal n and the tangent t of each site. To first order, a small motion
+(a, b) of a journal in contact changes its force -N (1 + i mu) exp(i psi). The constraint requires a = 0. If lambda is
+the change of N, the changes of the force with friction are
 
     f_n = -lambda,     f_t = -mu lambda - (1 + mu^2) (N/c) b - mu'(v) N b'                           (1)
 
@@ -109,11 +109,11 @@ class Dynamics:
         return self._sorted(values, basis @ vectors[: basis.shape[1]])
 
     def growth(self, contact: tuple[int, ...], N: Array, psi: Array) -> float:
-        """Return the largest growth rate (1/s) about a state; arguments as for `about`, which is half as fast."""
+        """Return the largest growth rate (1/s) about a state; arguments as for `about`, which takes twice as long."""
         return self._growth(self._transition(contact, N, psi))
 
     def grows_below(self, limit: float, contact: tuple[int, ...], N: Array, psi: Array) -> bool:
-        """Return whether the `growth` about a state is below a limit (1/s) that is not positive.
+        """Return whether the `growth` about a state is below a limit (1/s), which must not be positive.
 
         If det(1 - M), or det(-A) without sampling, is negative, an odd number of real eigenvalues grow. In this case,
         the eigenvalues need not be computed. Saddles are such states; for example, one of two states that meet in a

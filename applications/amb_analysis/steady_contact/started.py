@@ -1,9 +1,9 @@
 """A co-simulation that starts in a stable or unstable synchronous state, or in a whirl without unbalance.
 
 The contact forces F of a state turn with the rotor, as unbalance does, so omega = Omega. The forces of a whirl turn
-with the whirl. If these forces replace the sites, the loop with the sampled controller settles to the state, and
-`cosim.master.settling` solves for this motion. If the states of the rotor are x = Re[X exp(i omega t)], F adds the
-following change to them in a step of length h:
+with the whirl. If these forces replace the contact at the sites, the loop with the sampled controller settles to the
+state, and `cosim.master.settling` solves for this motion. If the states of the rotor are x = Re[X exp(i omega t)], F
+adds the following change to them in a step of length h:
 
     f = Re[(exp(i omega h) - exp(A h)) X exp(i omega t)],      X = (i omega - A)^-1 B F               (1)
 

@@ -10,9 +10,9 @@ drives them up the other side, against weight and damping. With the angle theta 
 where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H are the
 receptances of `unpowered`, and c is the mean clearance. k = -N(0)/c is the stiffness of seals, which the fall deflects
 by h c. M is evaluated at sqrt(g/c). The journals whirl if u and N + W cos theta are positive up to the top, theta = pi.
-Two journals are assumed to swing side by side, as they fall. If they were on opposite sides, gyroscopic moments would
-make N large, but a fall would give them neither this speed nor this effect of weight. Races are assumed to be at rest,
-although a turning race would reduce friction.
+Two journals are assumed to swing side by side, as they fall. On opposite sides, gyroscopic moments would make N large,
+but a fall would not give the journals the speed and the effect of weight that (1) assumes. Races are assumed to be at
+rest, although a turning race would reduce friction.
 
 For a rigid rotor in rigid retainers, N = m c u and L = 0, and (1) has a closed-form solution. At the top, N + W cos
 theta is W (2 (h (1 + 4 mu^2) - 1 + 2 mu^2) exp(2 pi mu) - 3)/(1 + 4 mu^2). The rotor therefore whirls after a fall from
@@ -20,7 +20,7 @@ the centre if
 
     12 mu^2 exp(2 pi mu) > 3,    mu > 0.2373                                                            (3)
 
-for any mass, clearance and speed. Bounces and bending make the outcomes of landings scatter. In simulations, some
+for any mass, clearance and speed. The outcomes of landings scatter because of bounces and bending. In simulations, some
 rotors whirl by chance with less friction than (1) requires, but none whirls with less than half of this friction.
 """
 
@@ -104,7 +104,7 @@ def least_swinging_friction(forces: WhirlForces, W: float, g: float, h: float = 
     W, g
         Weight that the journals carry (N), and acceleration of gravity (m/s^2).
     h
-        Height of their fall to the lowest point, relative to the clearance.
+        Height from which the journals fall to the lowest point, relative to the clearance.
     """
     low, high = 0.0, MOST
     for _ in range(ROUNDS):

@@ -1,4 +1,4 @@
-"""A rotor under converged synchronous control: the steady currents that minimise its readings.
+"""A rotor under converged synchronous control, whose steady currents minimise the sensor readings.
 
 Synchronous control such as ROLAC adapts its currents by I' = alpha H y until H y = 0. Here, H = -(Y^H W Y)^-1 Y^H W,
 and Y is the receptance from injected currents to the readings y. With y = Y_F F + Y_u u Omega^2 + Y I, the control

@@ -14,8 +14,8 @@ For a single site, N solves |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. For m
 and p P = 1 are 2 m equations that are linear in p and linear in P. The equations have C(2 m, m) complex solutions,
 which is Bezout's number for two groups of unknowns. J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29
 (1982) 724-737, count the load flows of m + 1 electrical machines in this way, because load flows obey the same
-equations. Two sites are solved with the resultant, which is of degree six. Three or more sites are solved by homotopy
-continuation (`homotopy`). Solutions with |p| = 1 are the states.
+equations. For two sites, the equations are solved with their resultant, which is of degree six. For three or more
+sites, they are solved by homotopy continuation (`homotopy`). Solutions with |p| = 1 are the states.
 """
 
 from __future__ import annotations
@@ -145,9 +145,9 @@ def _single(rho: Complex, c: float, r: Complex) -> tuple[NDArray[np.int64], Comp
 
 
 def _pair(E: Complex, c: Array, s: Complex) -> Complex:
-    """Return candidates (p_1, p_2) of two sites, shape (n, 24, 2): roots x of the resultant, with y of both equations.
+    """Return candidates (p_1, p_2), shape (n, 24, 2): each root x of the resultant with each root y of both equations.
 
-    If (2) of each site is multiplied by p_1 p_2, it becomes quadratic in y, where x = p_1 and y = p_2:
+    For each site, (2) multiplied by p_1 p_2 is quadratic in y, where x = p_1 and y = p_2:
 
         -g y^2 + (s_1 - 2 i d_1 x - conj(s_1) x^2) y + conj(g) x^2 = 0,               g = E_12 c_2, d_1 = Im E_11 c_1
         (conj(h) - conj(s_2) x) y^2 - 2 i d_2 x y + s_2 x - h x^2 = 0,                h = E_21 c_1, d_2 = Im E_22 c_2
@@ -204,8 +204,8 @@ def _minus(p: list[Any], q: list[Any]) -> list[Any]:
 def _roots(coefficients: Complex) -> Complex:
     """Return the roots of polynomials with ascending coefficients, shape (n, degree + 1).
 
-    The polynomials of decoupled sites have roots at 0 and at infinity. A Moebius map of the unit circle onto itself
-    therefore keeps the leading coefficient away from zero.
+    The polynomials of decoupled sites have roots at 0 and at infinity. The roots are therefore computed after a Moebius
+    map of the unit circle onto itself, which keeps the leading coefficient away from zero.
     """
     n, degree = coefficients.shape[0], coefficients.shape[1] - 1
     alpha = 0.37 + 0.21j  # x = (w + alpha)/(1 + conj(alpha) w)

@@ -1,7 +1,7 @@
-"""All synchronous states over speed and unbalance, and the regime at each point.
+"""All synchronous states for ranges of speed and unbalance, and the regime at each point.
 
-* free: the orbit without contact is stable, and no contact state is
-* both: the orbit without contact and a contact state are stable; the initial motion selects one
+* free: the orbit without contact is stable, and no contact state is stable
+* both: the orbit without contact and a contact state are stable; the initial motion determines which is reached
 * contact: no orbit without contact is stable, and a contact state settles (`SmallMotion.settles`)
 * whirl: no orbit without contact is stable, and no contact state settles, so the rub is unsteady
 """
@@ -36,7 +36,7 @@ class Regime(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class StatesOfSet:
-    """The n synchronous states of one set of sites in contact, over speed and unbalance.
+    """The n synchronous states of one set of sites in contact, for ranges of speed and unbalance.
 
     contact
         Indices of the sites in contact.
@@ -68,7 +68,7 @@ class StatesOfSet:
         return np.array([self.dynamics[speed].growth(self.contact, N, psi) for speed, N, psi in at])
 
     def grows_below(self, k: int, limit: float) -> bool:
-        """Return whether the growth rate about state k is below the limit (1/s, 0 or less) of its point."""
+        """Return whether the growth rate about state k is below a limit (1/s), which is at most 0."""
         dynamics = self.dynamics[int(self.speed[k])]
         if not self.contact:
             return dynamics.free_growth < limit
@@ -84,7 +84,7 @@ class StatesOfSet:
 
 @dataclass(frozen=True, eq=False)
 class TrapMap:
-    """States at all pairs of speeds (rad/s), shape (n,), and factors on an unbalance (1), shape (k,).
+    """States at all pairs of a speed (rad/s) and a factor on an unbalance (1), for n speeds and k factors.
 
     To determine the regime of a point, the stability of only a few of its states is needed: one stable state in contact
     is sufficient.
@@ -135,9 +135,9 @@ class TrapMap:
 def least_trapping_at(
     rotor: RubbingRotor, Omega: float, factors: Array, most: int | None = 2, below: float = 0.0
 ) -> float:
-    """Return the smallest factor that traps at a speed (rad/s) (`TrapMap.least_trapping`); NaN if none traps.
+    """Return the smallest factor that traps the rotor at a speed (rad/s) (`TrapMap.least_trapping`); NaN if none does.
 
-    The first of the ascending factors that traps, and the last one below it that does not, enclose the limit. The
+    The limit lies between the first of the ascending factors that traps the rotor and the factor before it. The
     interval is divided until its width is at most `ACCURACY` times the limit. The factor `below` must not trap the
     rotor.
     """
@@ -154,9 +154,9 @@ def least_trapping_at(
 
 
 def least_trapping_curve(rotor: RubbingRotor, coarse: TrapMap, most: int | None = 2) -> Array:
-    """Return the smallest factor that traps at each speed of a map, refined between factors of the map.
+    """Return the smallest factor that traps the rotor at each speed of a map, refined between factors of the map.
 
-    The result is NaN at speeds at which no factor traps.
+    The result is NaN at speeds at which no factor traps the rotor.
     """
     curve = coarse.least_trapping()
     for k in np.flatnonzero(np.isfinite(curve)):
@@ -171,9 +171,9 @@ def least_trapping_over(
 ) -> tuple[float, float] | None:
     """Return the smallest factor with which the rotor is trapped at one of the speeds (rad/s), and that speed, or None.
 
-    The minimum is refined between the two speeds beside the lowest point of the curve. If no factor traps at one of
-    these speeds, the curve ends before this speed, often at the minimum of the curve. This end is located to within
-    `ACCURACY` times the distance between the two speeds.
+    The minimum is refined between the two speeds beside the lowest point of the curve. If no factor traps the rotor at
+    one of these speeds, the curve ends before this speed, often at the minimum of the curve. This end is located to
+    within `ACCURACY` times the distance between the two speeds.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def least_trapping_over(
 
 
 def _last_trapping(least: Callable[[Array], Array], inside: float, outside: float) -> float:
-    """Return the last trapping speed between the speed `inside`, which traps, and `outside`, which does not."""
+    """Return the last speed at which the rotor is trapped; it is trapped at `inside` and not trapped at `outside`."""
     enough = ACCURACY * abs(outside - inside)
     while abs(outside - inside) > enough:
         middle = 0.5 * (inside + outside)

@@ -46,7 +46,7 @@ class Whirl:
     slips
         Whether the journals slip forward, as (1) assumes; otherwise they roll before they whirl this fast.
     growth, stable
-        Largest growth rate (1/s) of small motion about the whirl, without the free phase of the whirl, and whether no
+        Largest growth rate (1/s) of small motion about the whirl, ignoring shifts of the whirl's phase, and whether no
         such motion grows.
     accurate
         Whether the reduced rotor is accurate at this frequency.

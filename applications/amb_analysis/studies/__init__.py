@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 class Study(NamedTuple):
-    """Module of a study's function (full name, or relative to its package of studies), and a one-line description.
+    """Name of the module with a study's function (full, or relative to its package), and a one-line description.
 
     Examples
     --------
@@ -56,7 +56,7 @@ class Study(NamedTuple):
 
 
 _GENERAL = {
-    "layout": Study(".rotor_layout", "Show parts, mass and modes of a rotor, the plant's model of it, and a picture."),
+    "layout": Study(".rotor_layout", "Show parts, mass and modes of a rotor, its model in the plant, and a picture."),
     "campbell": Study(".campbell_diagram", "Draw the Campbell diagram of a rotor."),
     "modes": Study(".natural_modes", "List natural frequencies and draw mode shapes."),
     "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response as a function of speed."),
@@ -95,7 +95,7 @@ _GENERAL = {
     ),
     "waterfall": Study(
         ".run_spectra",
-        "Draw spectra of a run or a saved result over time.",
+        "Draw spectra over time for a run or a saved result.",
     ),
     "identify": Study(
         ".receptance_identification",

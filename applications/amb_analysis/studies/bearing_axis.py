@@ -159,7 +159,7 @@ class BearingAxis(WarnedResult, DrawnResult):
             "bandwidth": f"{self.amplifier_bandwidth:g} Hz; at the voltage limit {', '.join(sines)}",
             "control force left": (
                 f"{number(at_static_current.up)} N up, {number(at_static_current.down)} N down, "
-                f"above a static load of {number(at_static_current.static_load)} N"
+                f"in addition to a static load of {number(at_static_current.static_load)} N"
             ),
         }
         title = f"{self.axis}, {self.bias_current:g} A bias and {self.static_current:g} A static current"
@@ -245,7 +245,7 @@ def linearisation(
 def _axis_of(
     scenario: str | Path | None, rotor: str | Path | None, axis: str | None, settings: Mapping[str, Raw]
 ) -> tuple[LoopAxis, dict[str, float], float, tuple[str, ...]]:
-    """Return an axis, its parameters (from a scenario if there is one), the rotor's reach there (m), and warnings.
+    """Return an axis, its parameters (a scenario's, if there is one), the rotor's reach along it (m), and warnings.
 
     The reach is the smallest clearance of the bearing's retainers or, along the shaft, of the faces. The reach never
     exceeds the air gap, because the force law holds only within the gap.

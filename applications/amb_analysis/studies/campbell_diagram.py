@@ -115,10 +115,10 @@ class CampbellDiagram(WarnedResult, DrawnResult):
             f"computed with {self.coordinates} coordinates instead of {self.of}; eigenvalues agree within "
             f"{self.error:.0e} with those of the"
         )
-        return [self._answer(), table, *notes, f"{reduced} full model, which --full analyses"]
+        return [self._answer(), table, *notes, f"{reduced} full model; use --full to analyse it"]
 
     def _answer(self) -> str:
-        """Return the number of critical speeds, the least damped one, and the one nearest to the operating speed."""
+        """State the number of critical speeds, the least damped of them, and the nearest to the operating speed."""
         unit, criticals = speed_unit(), self.critical_speeds
         if not criticals:
             return f"No critical speed of {self.rotor} up to {unit.text(self.speeds[-1])}"

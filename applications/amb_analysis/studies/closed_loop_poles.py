@@ -85,9 +85,10 @@ class ClosedLoopPoles(MachineResult):
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     poles
-        The slowest vibrations at the first speed, tracked over the other speeds. They are followed by some vibrations
-        that begin at a higher speed and have no resonance at first. Such a vibration is included if it has a resonance
-        at the last speed and is slower there than the fastest of those tracked from the first speed.
+        The slowest vibrations at the first speed, tracked over the other speeds. After these vibrations, the tuple
+        contains some that begin at a higher speed and are too strongly damped at first for a resonance. Such a
+        vibration is included if, at the last speed, it has a resonance and a lower frequency than the fastest vibration
+        tracked from the first speed.
     least_damped
         The vibration with the smallest damping ratio at any speed of the range, including speeds between those of the
         diagram. This vibration need not be one of `poles`. None if there are no vibrations.
@@ -196,8 +197,8 @@ def poles(
     """Return the frequency, damping and whirl of the vibrations of a levitated rotor as functions of its spin speed.
 
     The result is the Campbell diagram of the levitated machine: s = ln(z) / T, where z is an eigenvalue of the sampled
-    loop (`amb_cosim.linearise`). A vibration faster than half the sample rate is shown at its true frequency, which is
-    that of the rotor's mode.
+    loop (`amb_cosim.linearise`). A vibration above half the sample rate is shown at the frequency of the rotor's mode,
+    not at its alias.
 
     Parameters
     ----------
@@ -260,10 +261,10 @@ def poles(
 def _about_crossings(
     loop: Loop, speeds: Array, result: list[Vibrations], count: int
 ) -> tuple[Array, list[Vibrations], list[list[int | None]]]:
-    """Return speeds (rad/s), the vibrations there and their tracks, after adding speeds close to each critical speed.
+    """Return speeds (rad/s), with some added close to each critical speed, their vibrations, and the tracks of these.
 
-    Each added speed is the speed at which the secant through the samples on both sides of a crossing meets the line of
-    the frequency of rotation.
+    The samples on both sides of a crossing are connected by a straight line. A speed is added where this line meets the
+    synchronous line.
     """
     for _ in range(ROUNDS):
         tracks = _tracks(result, count)
@@ -280,8 +281,8 @@ def _about_crossings(
 def _tracks(result: list[Vibrations], count: int) -> list[list[int | None]]:
     """Return the tracks of the `count` slowest vibrations at the first speed, and of some that begin at a higher speed.
 
-    Such a vibration is included if it begins without a resonance, has a resonance at the last speed, and is slower
-    there than the fastest of the `count` vibrations.
+    Such a vibration is included if it is too strongly damped at its first speed for a resonance and, at the last speed,
+    has a resonance and a lower frequency than the fastest of the `count` vibrations.
     """
     tracks, ratios = followed(result, count), result[-1].ratios()
     fastest = max((track[-1] for track in tracks if track[-1] is not None), default=-1)

@@ -45,7 +45,7 @@ CHAOTIC = 0.05  # relative scatter of a peak force over starts
 
 @dataclass(frozen=True)
 class ConvergenceRow:
-    """A run in the result: the varied quantity, label, position on an axis, number of the start, and `CaseResult`.
+    """A run in the result: the varied quantity, label, number for sorting, number of the start, and `CaseResult`.
 
     change
         Largest relative change (%) of a site's peak force, compared with the run of the scenario; None if there is no
@@ -137,10 +137,10 @@ class ContactConvergence(MachineResult):
             starts = max(row.start for row in self.rows)
             verdict = "chaotic, medians are compared" if self.chaotic else "not chaotic"
             scatter = f"peak forces scatter by {self.scatter:.2g} %"
-            lines.append(f"{verdict}: over {starts} starts, clearances {START:g} apart, {scatter}")
+            lines.append(f"{verdict}: over {starts} starts with clearances {START:g} apart, {scatter}")
         for what, change, averaged in (
             (f"a communication step of 1/{STEP_PARTS[-1]}", self.step_change, self.averaged_step_change),
-            ("twice as many coordinates, or all", self.change, self.averaged_change),
+            ("twice as many coordinates, or the full model", self.change, self.averaged_change),
         ):
             if change is not None:
                 verdict = "converged" if change <= 100.0 * CONVERGED else "not converged"
@@ -166,9 +166,10 @@ def convergence(
 ) -> ContactConvergence:
     """Return the contact forces and the outcome of a scenario for varied modes, mesh, substep, step and start.
 
-    The varied modes are those that Craig and Bampton's method retains in addition to the planes; a rotor condensed to
-    its planes has none. The meshes have the accuracies 1e-2, 1e-3 and, for a consistent mass matrix, 1e-4 (`accuracy`
-    in `[mesh]`). The mesh of the file is also used with the other mass matrix.
+    For the runs with other modes, the number of elastic modes in the plant's model of the rotor is halved and doubled.
+    A rotor without reduction has no such runs. The meshes have the accuracies 1e-2, 1e-3 and, for a consistent mass
+    matrix, 1e-4 (`accuracy` in `[mesh]`). One run has the mesh of the rotor file with the other kind of mass matrix
+    (`diagonal` or `consistent`).
 
     Parameters
     ----------
@@ -233,12 +234,12 @@ def convergence(
 
 
 def _furthest(cases: Sequence[ConvergenceCase], varied: str) -> list[ConvergenceCase]:
-    """Return a list with the case of most modes, or of the shortest communication step; empty if there is none."""
+    """Return a list of the case with the most modes or the shortest communication step; empty without such cases."""
     return sorted((case for case in cases if case.varied == varied), key=lambda case: case.value)[-1:]
 
 
 def _with_starts(cases: Sequence[ConvergenceCase], starts: int) -> list[ConvergenceCase]:
-    """Return the cases, each followed by repetitions of it from perturbed starts."""
+    """Return the cases, each followed by its repetitions from perturbed starts."""
     return [replace(case, start=k) for case in cases for k in range(starts + 1)]
 
 

@@ -77,7 +77,7 @@ class Traps(MachineResult):
     states
         All synchronous states at this speed and unbalance.
     own
-        Whirls at frequencies near the spin speed, which last for a long time without unbalance.
+        Whirls near the spin frequency that last for a long time without unbalance.
     sustained, rolling
         Whirls that last without unbalance at the machine's speed, with slip and without slip (rolling).
     least_trapping
@@ -139,7 +139,7 @@ class Traps(MachineResult):
     notes: tuple[str, ...]
 
     def text(self) -> list[TextBlock]:
-        """Return the states of the machine, what frees the rotor, and the approximations."""
+        """Return lines about the states of the machine, about what frees the rotor, and about the approximations."""
         unit = speed_unit()
         force = force_unit(max((N for state in self.states for N in state.normal_forces.values()), default=0.0))
         table = text_table(
@@ -188,7 +188,7 @@ class Traps(MachineResult):
             lines.append(f"a whirl at {unit.text(whirl.frequency)} lasts even without unbalance ({forces}{rolls})")
         for contact in {whirl.frequency: whirl for whirl in self.rolling if whirl.possible}.values():  # the most sites
             slower = [w.frequency for w in self.sustained if w.grows_backward and {*w.contact} <= {*contact.contact}]
-            onset = f"; a backward whirl grows from {unit.text(max(slower))} on" if slower else ""
+            onset = f"; a backward whirl faster than {unit.text(max(slower))} grows" if slower else ""
             lines.append(f"{contact}{onset}")
         return [*lines, *(f"notice: {note}" for note in self.notes), *self.warning_lines()]
 
@@ -201,7 +201,7 @@ class Traps(MachineResult):
         ]
 
     def _reach(self) -> str:
-        """Describe the smallest unbalances that touch and trap at any speed; if none traps, the largest of the map."""
+        """Describe the smallest unbalances over all speeds that cause contact and trapping, or report their absence."""
         unit = speed_unit()
         highest, largest, (touching, at) = self.speeds[-1], self.unbalances[-1], self.touching
         least = f"contact needs at least {_grams(touching)} (at {unit.text(at)})"
@@ -211,15 +211,15 @@ class Traps(MachineResult):
             traps = f"a rotor already in contact can stay there from {smallest}"
         else:
             times = f"{largest / self.grade_limit_at_speed:.3g} times the limit of G 2.5 at {unit.text(self.speed)}"
-            traps = f"no contact is stable with up to {_grams(largest)}, {times}"
+            traps = f"no contact is stable with unbalances up to {_grams(largest)}, {times}"
         return f"up to {unit.text(highest)}: {touches}; {traps}"
 
     def _freeing(self) -> list[str]:
         lines = []
         if self.least_trapping is None and self.loop_growth > 0.0:
-            lines.append(f"with up to {_grams(self.unbalances[-1])} no contact becomes steady at this speed")
+            lines.append(f"at this speed no contact becomes steady with unbalances up to {_grams(self.unbalances[-1])}")
         elif self.least_trapping is None:
-            lines.append(f"at this speed no contact is stable with up to {_grams(self.unbalances[-1])}")
+            lines.append(f"at this speed no contact is stable with unbalances up to {_grams(self.unbalances[-1])}")
         else:
             lines.append(f"at this speed a rotor in contact can stay there from {_grams(self.least_trapping)} on")
         if self.loop_growth > 0.0:
@@ -259,12 +259,13 @@ def traps(
         Spin speed (rad/s) of the machine, or a string with its unit; by default the final speed of the scenario.
     unbalance, place
         Unbalance (kg m) of the machine, or a string with its unit, and the disc that carries it. By default, the
-        machine has the unbalance of the scenario. The map multiplies the unbalances of all places by one factor.
+        machine has the unbalance of the scenario. In the map, the unbalances at all places are multiplied by the same
+        factor.
     up_to, unbalance_up_to
         Highest speed and largest unbalance of the map. By default, the map extends to twice the machine's speed. The
-        default largest unbalance exceeds the smallest unbalances that touch and trap at these speeds, and is at least
-        twice the machine's unbalance. If nothing traps, it is also at least ten times the limit of G 2.5 at the
-        machine's speed.
+        default largest unbalance exceeds the smallest unbalances at which the rotor touches and at which it can be
+        trapped at these speeds, and is at least twice the machine's unbalance. If no unbalance traps the rotor, the
+        default is also at least ten times the limit of G 2.5 at the machine's speed.
     set, flavour
         Parameter values by `component.variable`, as numbers or strings with units, and the flavour of the FMUs.
 
@@ -342,7 +343,7 @@ def traps(
 
 
 def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
-    """Return the largest factor of a map: above the smallest factors that touch and trap, and at least 2.
+    """Return the largest factor of a map: at least 2, and above the smallest factors that cause contact and trapping.
 
     Parameters
     ----------
@@ -361,7 +362,7 @@ def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
 
 
 def _factors(largest: float) -> Array:
-    """Return the factors of a map: linear up to `WIDE`, otherwise logarithmic from half the machine's unbalance."""
+    """Return the factors of a map: evenly spaced for `largest` up to `WIDE`, otherwise logarithmic from 0.5."""
     if largest <= WIDE:
         return np.linspace(LOWEST, 1.0, AMOUNTS) * largest
     return np.geomspace(0.5, largest, AMOUNTS)

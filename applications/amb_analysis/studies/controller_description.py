@@ -53,7 +53,7 @@ class ControllerDescription(DrawnResult):
     modes: tuple[float, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the description as JSON data; a gain at rest is None if the law integrates the signal."""
+        """Return the description as JSON data; a static gain is None if the law integrates the signal."""
         law = self.controller.laws[self.speed]
         return {
             "sample_time_s": self.controller.sample_time,

@@ -35,16 +35,16 @@ MESH_MODES = 12  # for which a rotor is meshed whose file does not state a numbe
 
 @dataclass(frozen=True)
 class ConvergenceCase:
-    """A run of a scenario, in which `settings` replace its values.
+    """A run of a scenario, some of whose values are replaced by `settings`.
 
     varied, label, value
         What differs from the scenario (`modes`, `mesh`, `substep` or `step`; `scenario` if nothing does), the label of
-        the run, and its position on an axis.
+        the run, and a number by which runs are sorted.
     substep
-        Factor on the longest substep. The scenario gives the longest substep; for another rotor, it is at most the
-        start value for that rotor.
+        Factor by which the scenario's longest substep is multiplied. In runs with another rotor model, the longest
+        substep before multiplication does not exceed the start value for that model.
     step
-        Factor on the communication step.
+        Factor by which the communication step is multiplied.
     start
         Number of the perturbed start; clearances are multiplied by 1 + `start` times `START`.
     """

@@ -142,7 +142,7 @@ def coupling(
 def simulated(
     run: CouplingRun, scenario: Scenario, settings: Mapping[str, Raw], options: RunOptions
 ) -> tuple[OrderRow, float]:
-    """Return the row of a run, in which deviation and cost are still 0, and the shortest run time (s) of this run."""
+    """Return the row of a run, with deviation and cost not yet computed (0), and the shortest of its run times (s)."""
     step = scenario.step_size("gauss_seidel") / run.parts
     changed = scenario.model_copy(update={"coupling": run.coupling, "communication_step": step})
     ahead = delay(run.coupling, step) if run.predicts else 0.0

@@ -1,4 +1,4 @@
-"""Damping zones, each given by the logarithmic decrement at its upper end, and damping ratios as text."""
+"""Damping zones, each defined by the logarithmic decrement at its upper end; functions that show damping as text."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def damping_ratio(decrement: float) -> float:
 def damping_cells(ratio: float, frequency: float, whirl: Whirl) -> tuple[str, str]:
     """Return the damping ratio and the whirl of a mode (frequency in rad/s) as text, with a mark if the mode grows.
 
-    A mode grows if its damping ratio is below zero by more than the rounding error. Near rest, rounding causes an error
-    of `AT_REST` squared in the square of an eigenvalue.
+    A mode grows if its damping ratio is below zero by more than the rounding error. This error depends on the
+    frequency, because rounding can change the square of an eigenvalue by the square of `AT_REST`.
     """
     grows = ratio < -max(ROUNDING, (AT_REST / frequency) ** 2)
     text = f"{ratio if grows else max(ratio, 0.0):z.4f}"

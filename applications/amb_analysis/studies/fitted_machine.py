@@ -1,4 +1,4 @@
-"""A rotor, or a rotor in its machine, as a function of the fitted numbers of its files."""
+"""A rotor, or a rotor in its machine, as a function of the numbers in its files that are fitted."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ class FittedMachine:
         return {**data, "parameters": parameters}
 
     def _pinned(self, values: Array | Sequence[float]) -> dict[str, dict[str, float]]:
-        """Return the parameters, as used in the fit, whose values differ from those that a plan would derive."""
+        """Return the parameters whose values in the fit differ from the values that a plan would derive."""
         assert self.loop_parameters is not None
         machine = self.loop_parameters.machine_with(self._split(values)[1], self.rotor_with(values))
         prepared = machine_of(self._prepared(values, {}))

@@ -158,11 +158,11 @@ def response(
         with magnets but without a controller, and `closed` is the rotor under control. The default is `closed`, or
         `free` for a rotor alone.
     inputs, outputs
-        Channels, such as `fan.f_x`, `left.i_x`, `eye.x`, or `0.12 m.y [m/s2]`. If there is a measurement, they select
-        the responses to compare; by default, all responses are compared. The inputs of a record over time must be
-        named.
+        Channels, such as `fan.f_x`, `left.i_x`, `eye.x`, or `0.12 m.y [m/s2]`. If there is a measurement, these
+        channels select the responses to compare; by default, all responses are compared. The inputs of a record over
+        time must be named.
     channels
-        Names or places in the model, by the names that the file uses for them.
+        Name or place in the model for each name of a channel in the file.
     channel_units
         Units by the names of columns or channels in the file; they replace the units in the file, or supply missing
         units.
@@ -266,7 +266,7 @@ def laid_over(
 
 
 def unresolved(modes: Sequence[FittedMode]) -> list[str]:
-    """Return a list with a sentence about modes whose damping is not resolved; empty if there are no modes."""
+    """Return a list with a sentence about these modes, whose damping is not resolved; empty if there are none."""
     if not modes:
         return []
     at = ", ".join(f"{mode.frequency:.2f} Hz" for mode in modes[:MOST_PEAKS])
@@ -357,7 +357,7 @@ def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
 def _closer(
     structure: Structure, curves: Sequence[FrequencyResponse], ends: Sequence[tuple[Place, Place]]
 ) -> list[FrequencyResponse]:
-    """Return responses without values, with frequencies that are denser near resonances and maxima."""
+    """Return responses that have no values yet; their frequencies are denser near resonances and maxima."""
     first = curves[0].frequencies
     input_places, output_places = (list(dict.fromkeys(pair[side] for pair in ends)) for side in (0, 1))
     coarse = np.unique([*first[::COARSE], first[-1]])
@@ -374,7 +374,7 @@ def _bare(text: str) -> str:
 
 
 def _channel(text: str, unit: str) -> Channel:
-    """Return the channel for a name with its unit in brackets; the default unit is A for a current, or else `unit`."""
+    """Return the channel for a name with its unit in brackets; the default is A for a current, otherwise `unit`."""
     match = WITH_UNIT.fullmatch(text)
     if match is None:
         raise ValueError(f"channel {text!r} is not allowed; it must be a name such as 'fan.x' or 'fan.x [m/s2]'")

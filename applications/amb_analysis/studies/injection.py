@@ -2,8 +2,8 @@
 
 A current is added to each demand of the controller through the actuator's `command_voltage`, with the same delay as the
 demand. The spectral lines of the axes interleave, so that one run measures all axes: at a line of one axis, no current
-is injected in the others. If another component, such as a force generator, excites the rotor, its contribution to the
-currents is measured in a run without injection and subtracted.
+is injected in the other axes. If another component, such as a force generator, excites the rotor, its contribution to
+the currents is measured in a run without injection and subtracted.
 """
 
 from __future__ import annotations
@@ -197,9 +197,9 @@ def waiting_samples(loop: StateSpace, sample_time: float) -> int:
     """Return the number of samples after which no transient of a loop disturbs a measurement.
 
     A drift z that is slower than the lowest line begins with an amplitude of at most a (1) if the sines have an
-    amplitude of 1. Until the drift has died out, it distorts a line of the spectrum of N samples by at most the share
-    (2). Some lags of eddy currents take minutes to decay, but they hardly affect the spectrum, so they need not die
-    out. All other transients must die out.
+    amplitude of 1. Until the drift has died out, it distorts each line of a spectrum computed from N samples by at most
+    the fraction (2). Some lags of eddy currents take minutes to decay, but they hardly affect the spectrum, so they
+    need not die out. All other transients must die out.
 
         a = |C x| |y^H B|/|y^H x| sum 1/|exp(j omega) - z|                                  (1)
         share = 2 a (1 - z^N)/(N |exp(j omega_1) - z|)                                      (2)

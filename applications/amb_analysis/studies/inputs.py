@@ -107,7 +107,7 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
 def node_numbers(raw: str | int | Sequence[int], name: str, rotor: Rotor, source: RotorSource) -> tuple[int, ...]:
     """Return the nodes of a rotor that have these numbers in its file, from a sequence or a comma-separated string.
 
-    The rotor may have more nodes than its file numbers, because `z` and `[mesh]` add nodes
+    The rotor may also have nodes without a number in its file, because `z` and `[mesh]` add nodes
     (`rotor_file.numbered_positions`).
 
     Raises

@@ -91,7 +91,7 @@ def vibrations_over(
     speeds: Array,
     least: Callable[[Vibrations], Sequence[float]] = lambda v: (v.least_ratio,),
 ) -> tuple[Array, list[Vibrations]]:
-    """Return speeds (rad/s), denser near the largest growth and the smallest damping ratios, and the vibrations there.
+    """Return speeds (rad/s), denser near the largest growth and the smallest damping ratios, and their vibrations.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]
 
 
 def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) -> list[list[int | None]]:
-    """Return tracks of vibrations that begin above the first speed and continue to the last; None before they begin.
+    """Return tracks of vibrations that begin above the first speed and continue to the last; earlier entries are None.
 
     For example, a well-damped rigid rotor obeys I_d a'' + (c - i Omega I_p) a' + k a = 0. Without spin, it creeps back
     without vibration. At speed, it whirls backward at nearly k / (Omega I_p), with the damping ratio c / |c - i Omega
@@ -176,7 +176,7 @@ def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) ->
 
 
 def _step_ratio(vibrations: list[Vibrations], n: int) -> float:
-    """Return the step in speed to the n-th vibrations, divided by the previous step; at most 1."""
+    """Return the n-th step in speed, divided by the step before it; at most 1."""
     before, last, now = (at.stability.speed for at in vibrations[n - 2 : n + 1])
     return min((now - last) / (last - before), 1.0) if last != before else 1.0
 

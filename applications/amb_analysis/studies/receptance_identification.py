@@ -38,7 +38,7 @@ HEADINGS = ("periods", "force (N)", "condition number", "differs from the model 
 
 
 class IdentificationProgress(NamedTuple):
-    """Progress of an identification: spin speed (rad/s), and the numbers of finished and of all speeds and steps."""
+    """Progress of an identification: spin speed (rad/s), and numbers of finished and total speeds and steps."""
 
     speed: float
     speeds_done: int
@@ -172,7 +172,7 @@ def identify(
 
 @contextmanager
 def _progress_bars(progress: bool | Report | None) -> Iterator[Report]:
-    """Yield `progress` if it is a function, or else a function that updates bars for all speeds and for this speed."""
+    """Yield `progress` if it is a function, otherwise a function that updates bars for all speeds and this speed."""
     if callable(progress):
         yield progress
         return

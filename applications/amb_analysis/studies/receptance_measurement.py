@@ -109,7 +109,7 @@ def prepare_identification(
     Raises
     ------
     ValueError
-        If the speed is not positive or is below `rolac.min_speed`, or if another setting does not fit.
+        If the speed is not positive or is below `rolac.min_speed`, or if another setting is not allowed.
     """
     default_machine = make_scenario({"Omega": 1.0, "communication_step": STEP, "end_time": STEP}, NAME)
     base = as_scenario((machine or default_machine).machine(), rotor)
@@ -180,7 +180,7 @@ def computed_identification(machine: Machine) -> IdentifiedReceptance:
 
 
 def _identification(machine: Machine) -> IdentifiedReceptance:
-    """Return the initial result of an identification, before the run and without receptances."""
+    """Return the result of an identification before its run, which has no receptances yet."""
     order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
     return IdentifiedReceptance(
         speed=machine.Omega,
@@ -229,7 +229,7 @@ def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
 
 
 def ratios(receptance: Complex, model: Complex) -> Complex:
-    """Return R divided by the model's R, for elements of the model above a tenth of the largest in their column."""
+    """Return R divided by the model's R, where the latter exceeds a tenth of the largest element in its column."""
     size = np.abs(model)
     large = size > LARGE * size.max(axis=0)
     return np.asarray(receptance[large] / model[large], dtype=np.complex128)

@@ -112,10 +112,11 @@ def fit(
 ) -> RotorFit:
     """Fit parameters of a rotor, or of a machine, to a measurement, and return them with 95 % intervals.
 
-    The residuals of responses are the differences between computed and measured values, divided by their scatter. The
-    scatter at each frequency is estimated from the data and the coherence (`measured.response_fit`). The residuals of
-    modes are the logarithms of the ratios of computed to measured values, in units of 0.1 % for frequencies and 10 %
-    for damping ratios. If the data do not determine a parameter, an error is raised (`measured.least_squares.fit`).
+    The residuals of responses are the differences between computed and measured values, divided by the scatter of the
+    measured values. The scatter at each frequency is estimated from the data and the coherence
+    (`measured.response_fit`). The residuals of modes are the logarithms of the ratios of computed to measured values,
+    in units of 0.1 % for frequencies and 10 % for damping ratios. If the data do not determine a parameter, an error is
+    raised (`measured.least_squares.fit`).
 
     Parameters
     ----------
@@ -172,7 +173,7 @@ def _fit_of_responses(
         structure = subject.structure_with(values)
         computed = computed_values(structure, measured, ends)
         if found := contradictions(measured, computed):
-            raise ValueError(f"no parameter of a rotor fits this measurement: {'; '.join(found)}")
+            raise ValueError(f"no parameters of the rotor can fit this measurement: {'; '.join(found)}")
         return laid_over(structure.rotor.name, structure.loop, structure.Omega, measured, computed)
 
     @lru_cache(maxsize=4)

@@ -65,7 +65,8 @@ class RotorLayout(WarnedResult, DrawnResult):
         negative frequency means that the motion diverges. Each frequency belongs to both planes of motion if the
         bearings are alike in x and y.
     whirl
-        Error of the whirl of the plant's free rotor at the highest speed; None if the rotor file states no speed.
+        Error of the plant's model in the whirl of the free rotor at the highest speed; None if the rotor file states no
+        speed.
     description
         The rotor, which the figure shows.
     limits
@@ -165,10 +166,8 @@ class RotorLayout(WarnedResult, DrawnResult):
             if highest is not None:
                 cure = "state a wider band in [reduction] of the rotor file"
             else:
-                cure = (
-                    "if your rotor turns that fast, state its highest speed as speed in [reduction] of the rotor file"
-                )
-                cure += " instead of masters" if self.method == "msdc" else ""
+                cure = "if your rotor turns that fast, set speed in [reduction] of the rotor file to its highest speed"
+                cure += " and remove masters" if self.method == "msdc" else ""
             at = unit.text(float(error.frequencies[first]))
             yield f"at {at} the error for unbalance is {significant(100.0 * error.spinning[first], 2)} %; {cure}"
         if highest is not None:

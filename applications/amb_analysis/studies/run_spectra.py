@@ -292,8 +292,7 @@ def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) ->
 
     Maxima over the lines are refined between the lines, because a vibration halfway between two lines shows only 85 %
     of its amplitude at each of them. A vibration within `NEAR` lines of 0 Hz or of the spin frequency is ignored,
-    because neither the vibration nor the rest of its spectral lobe can be distinguished from the motion at these
-    frequencies.
+    because it cannot be distinguished from the motion at these frequencies.
     """
     spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
 

@@ -28,7 +28,7 @@ ROUNDING = 1e-9  # relative error of readings as a combination of the sensors
 
 
 def sampled_receptance(machine: Machine, order: int = 1) -> Complex:
-    """Return R at a harmonic, shape (n_sensors, n_axes), complex (m/N), of the loop with hold, controllers and sensors.
+    """Return R of the loop with hold, controllers and sensors at a harmonic (m/N), complex, shape (n_sensors, n_axes).
 
     Forces are K_i I with the K_i that the controller assumes, which may differ from the K_i of the bearings.
 

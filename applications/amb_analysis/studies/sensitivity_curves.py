@@ -35,7 +35,7 @@ def curve_frequencies(
 def sensitivity_curves(
     system: control.StateSpace, lowest: float = LOWEST, highest: float = HIGHEST, modes: Modes | None = None
 ) -> tuple[Array, Complex]:
-    """Return frequencies (Hz) and S of each axis there, shape (axes, n), with the peaks of all axes refined.
+    """Return frequencies (Hz), refined at the peaks of all axes, and S of each axis at them, shape (axes, n).
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def sensitivity_curves(
 
 
 def bands(sample_time: float) -> list[tuple[float, float]]:
-    """Return the frequency range (Hz) of the standard and, if any, the range from there to half the sample rate."""
+    """Return the frequency range (Hz) of the standard, and any range between its end and half the sample rate."""
     nyquist = 0.5 / sample_time
     return [(LOWEST, min(HIGHEST, nyquist)), *([(HIGHEST, nyquist)] if nyquist > HIGHEST * (1.0 + 1e-9) else [])]
 

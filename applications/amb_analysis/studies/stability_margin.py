@@ -61,8 +61,8 @@ class AxisSensitivity:
     measured_peak
         Largest |S| in the co-simulation, also between these frequencies (`peak_between_lines`).
     largest_difference_below_500_hz, largest_difference
-        Largest |S_measured/S_computed - 1| (1) up to 500 Hz, and at all measured frequencies. Both values of S use the
-        rotor of the co-simulation, which has all modes up to half the sample rate.
+        Largest |S_measured/S_computed - 1| (1) up to 500 Hz, and at all measured frequencies. Both values of S belong
+        to the rotor of the co-simulation, which has all modes up to half the sample rate.
     beyond
         The peak above 2 kHz; None if half the sample rate is 2 kHz or less.
     """
@@ -348,7 +348,7 @@ def sensitivity(
 def _all_loops(loop: Loop, frequencies: Array) -> tuple[GangOfFour, dict[str, DiskMargin]]:
     """Return the four sensitivities and the disk margins at frequencies (Hz).
 
-    The minima of the margins are also refined between these frequencies, and between 0 Hz and the first of them.
+    Minima of the margins are also located between these frequencies, and between 0 Hz and the lowest frequency.
     """
     n = len(loop.demands)
 

@@ -37,7 +37,7 @@ def control_of(
     states: tuple[SynchronousState, ...],
     demands: Sequence[dict[str, BearingCurrent]],
 ) -> dict[str, Freed]:
-    """Return whether feedback, synchronous control and contact-aware control free the rotor.
+    """Return, for feedback, synchronous control and contact-aware control, whether each frees the rotor.
 
     The loop without contact must be stable at this speed.
     """
@@ -87,7 +87,7 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
     stuck = {contact for contact, rate in _adaptation_growth(machine, at, converged) if rate < 0.0}
     diverging = list(dict.fromkeys(contact for contact, rate in _adaptation_growth(machine, at, at) if rate > 0.0))
     if stuck:
-        words += f"; the rotor may also come to rest in contact at {', '.join(sorted(stuck))}"
+        words += f"; the rotor may also settle in contact at {', '.join(sorted(stuck))}"
     elif diverging:
         words += f"; in contact at {', '.join(diverging)} its adaptation diverges"
     return Freed(possible and not stuck and not diverging, currents, words)
@@ -96,8 +96,8 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
 def _adaptation_growth(machine: RubbingRotor, at: Receptances, held: Receptances) -> Iterator[tuple[str, float]]:
     """Yield the sites of each contact state under `held`, and the adaptation's growth rate divided by alpha (1).
 
-    The growth rate is the largest of a state. `held` contains the receptances that determine the states, and `at` those
-    under feedback alone.
+    Of the growth rates in a state, the largest is used. `held` contains the receptances that determine the states, and
+    `at` contains the receptances under feedback alone.
     """
     mu, r = machine.mu(at.Omega), (held.P @ (machine.unbalance * at.Omega**2))[None]
     for contact in all_sets(len(machine.sites))[1:]:

@@ -35,7 +35,7 @@ class BearingCurrent:
     amplitude, phase
         Amplitude in each axis (A), and phase by which the current in x leads the unbalance (deg).
     allowed
-        Largest amplitude that the coils and the controller can follow (A).
+        Largest amplitude that the coils and the controller permit (A).
     """
 
     amplitude: Annotated[float, "A"]
@@ -50,7 +50,7 @@ class BearingCurrent:
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """A small vibration about a state: whirl frequency (rad/s), growth (1/s) and damping ratio (1).
+    """A small vibration about a state: whirl frequency (rad/s), growth rate (1/s) and damping ratio (1).
 
     The frequency of backward whirl is negative.
     """
@@ -96,7 +96,7 @@ class SynchronousState:
     settles: bool
 
     def beyond(self, Omega: float) -> str:
-        """Return a text that states whether the rotor stays in the state."""
+        """Describe in words whether the rotor stays in this state."""
         if self.stable:
             stays = "stays in contact" if self.contact else "stays free"
             return stays if self.settles else f"{stays}, vibrating"
@@ -114,7 +114,7 @@ def regime_of(states: tuple[SynchronousState, ...]) -> Regime:
 
 
 def report_state(state: SolvedState, machine: RubbingRotor, Omega: float) -> SynchronousState:
-    """Return a solved state at a speed (rad/s) in the form of the report."""
+    """Convert a solved state at a speed (rad/s) to the form that the study reports."""
     small = state.small
     return SynchronousState(
         contact=state.contact,
@@ -136,7 +136,7 @@ def report_state(state: SolvedState, machine: RubbingRotor, Omega: float) -> Syn
 
 
 def currents_of(values: Mapping[str, complex], machine: RubbingRotor, Omega: float) -> dict[str, BearingCurrent]:
-    """Return complex currents (A) at a speed (rad/s) in the form of the report, with the limit of each bearing."""
+    """Convert complex currents (A) at a speed (rad/s) to the form that the study reports, with each bearing's limit."""
     return {
         bearing: BearingCurrent(abs(value), math.degrees(np.angle(value)), allowed_current(machine, bearing, Omega))
         for bearing, value in values.items()
@@ -144,7 +144,7 @@ def currents_of(values: Mapping[str, complex], machine: RubbingRotor, Omega: flo
 
 
 def allowed_current(machine: RubbingRotor, bearing: str, Omega: float) -> float:
-    """Return the largest amplitude (A) that coils, voltage, controller and DAC can follow at a speed (rad/s).
+    """Return the largest amplitude (A) that coils, voltage, controller and DAC permit at a speed (rad/s).
 
     The voltage limit applies only to the coils of dynamic amplifiers (`amb_actuator.amplifier`).
     """

@@ -77,7 +77,7 @@ def unbalance_response(
 
     F describes the forces of a scenario's magnetic bearings, with controller, hold, delay and amplifiers
     (`machine.response`); for a rotor alone, F is 0. The speeds are denser near critical speeds and near all maxima
-    (`rotor_analysis.refinement`), so that both are accurate to 0.1 % for any `up_to`.
+    (`rotor_analysis.refinement`), so that critical speeds and maxima are accurate to 0.1 % for any `up_to`.
 
     Parameters
     ----------
@@ -93,10 +93,10 @@ def unbalance_response(
         or less if the loop becomes unstable below that. For a rotor alone, or a scenario at rest, the default is the
         highest speed that the rotor file states (`[reduction] speed`), or else 6000 rpm.
     unbalance
-        Unbalance (kg m), or a string with its unit. By default, the machine has all unbalances that the scenario has at
-        its end. Without a scenario or an unbalance in it, the default is the residual unbalance of grade G 2.5. The
-        speed for this grade is that of the scenario or, for a rotor alone, the highest speed of the rotor file, or else
-        6000 rpm.
+        Unbalance (kg m), or a string with its unit. By default, the machine has all unbalances that are present at the
+        end of the scenario. If there is no scenario, or it has no unbalance, the default is the residual unbalance of
+        grade G 2.5. The speed for this grade is that of the scenario or, for a rotor alone, the highest speed of the
+        rotor file, or else 6000 rpm.
     place, node
         Part that carries the unbalance, or the number of its node in the rotor file; by default the first disc.
     clearance
@@ -216,7 +216,7 @@ def _stable(machine: Machine, speeds: Array) -> Array:
 def _loads(
     machine: Machine, source: RotorSource, amount: float | None, place: str | None, node: int | None
 ) -> tuple[dict[Point, complex], dict[str, complex]]:
-    """Return unbalances (kg m) by point and by place, either those of the scenario or an amount at one place."""
+    """Return unbalances (kg m) by point and by place: all unbalances of the scenario, or one unbalance at one point."""
     planned = machine.unbalanced_points
     if amount is None and place is None and node is None and planned:
         return planned, {name: u for name, u in machine.unbalance.items() if u}
@@ -235,7 +235,7 @@ def _loads(
 
 
 def _point(rotor: Rotor, source: RotorSource, place: str | None, node: int | None) -> Point:
-    """Return the point at which unbalance acts on a part of a rotor, or the node with this number in the file."""
+    """Return the point at which unbalance of a part acts, or the node that has this number in the rotor file."""
     if place is not None and node is not None:
         raise ValueError(f"place = {place} is not allowed with node = {node}; set only one of them")
     parts = rotor.nodes_by_name
@@ -248,7 +248,7 @@ def _point(rotor: Rotor, source: RotorSource, place: str | None, node: int | Non
 
 
 def _named(rotor: Rotor, loads: Mapping[Point, complex]) -> dict[str, complex]:
-    """Return unbalances (kg m) by the name of a part at their point or, without a part, by the point's position."""
+    """Return unbalances (kg m) by the name of a part at each point, or by the point's position if no part is there."""
     names = {rotor.point_of(name): name for name in reversed(rotor.nodes_by_name)}
     return {names.get(point, f"z = {rotor.position_of(point):.4g} m"): u for point, u in loads.items()}
 

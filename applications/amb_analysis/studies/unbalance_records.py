@@ -92,7 +92,7 @@ class CriticalResponse:
     extrapolated: bool = False
 
     def required_margin(self, operating: float) -> float | None:
-        """Return the margin (%) that API 617 requires to an operating speed (rad/s); None if the peak is damped.
+        """Return the margin (%) from an operating speed (rad/s) that API 617 requires; None if the peak is damped.
 
         The margin is min(16, 17 (1 - 1/(AF - 1.5))) for a peak below the operating speed, and
         min(26, 10 + 17 (1 - 1/(AF - 1.5))) for a peak above it.
@@ -228,7 +228,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
         ]
 
     def _backward_notes(self) -> list[str]:
-        """Return lines about the ranges of speed in which unbalance whirls the rotor backward, and the places there."""
+        """Return lines about the speeds and places at which the rotor whirls backward under unbalance."""
         unit, at = speed_unit(), dict[tuple[str, str], list[str]]()
         for name, place in self.places.items():
             for low, high in place.backward(self.speeds):
@@ -244,7 +244,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
 
 
 def _zero(speeds: Array, values: Array, first: int, second: int) -> float:
-    """Return the speed (rad/s) of a zero crossing between two samples; if one is missing, the speed of the other."""
+    """Return the speed (rad/s) of a zero crossing between two samples, or of one sample if the other is missing."""
     if first < 0 or second >= len(speeds):
         return float(speeds[max(first, 0) if second >= len(speeds) else second])
     return float(speeds[first] + (speeds[second] - speeds[first]) * values[first] / (values[first] - values[second]))

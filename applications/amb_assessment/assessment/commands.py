@@ -1,4 +1,4 @@
-"""The command for machine files, which checks a file or judges whether the machine may run."""
+"""The command that checks a machine file or judges whether the machine may run."""
 
 from __future__ import annotations
 

@@ -164,7 +164,7 @@ def new(
 def _magnet(
     k_i: str | None, k_s: str | None, gap: str | None, bias: str | None, drive: Drive | None
 ) -> MagnetData | None:
-    """Return the magnet's constants from a data sheet, or None if the user states none."""
+    """Return the magnet's constants from a data sheet, or None if the user gives no constants."""
     from amb_assessment.first_design.sizing import MagnetData
     from amb_cosim.cosim.system.values import quantity
 
@@ -198,7 +198,7 @@ def _assumed(magnet: MagnetData) -> str:
 
 
 def _echo_design(name: str, design: Design) -> None:
-    """Print how well the machine levitates, which targets it misses, and its gains."""
+    """Print the behaviour of the levitated machine, the targets that it misses, and its gains."""
     loop, pid = design.loop, design.pid
     click.echo(
         f"{name} levitates: sensitivity at most {loop.peak.value:.3g}, zone {loop.zone} of ISO 14839-3 "
@@ -212,7 +212,7 @@ def _echo_design(name: str, design: Design) -> None:
 
 
 def _lag(design: Design) -> str:
-    """Return the assumed lag of amplifier, filter and computer at the vibration with the least margin to its target.
+    """Return the assumed lags of amplifier, filter and computer for the vibration with the least margin to its target.
 
     A first-order amplifier lags by atan(f/f_b). A demand that is delayed by one sample and then held for one sample
     lags by 1.5 T.
@@ -230,7 +230,7 @@ def _lag(design: Design) -> str:
 
 
 def _comparison(magnet: MagnetData | None, typical: MagnetData) -> str:
-    """Return the constants of a magnet sized for the rotor, with a question if those of the data sheet differ a lot."""
+    """Return text on the constants of a magnet sized for the rotor; it questions a very different data sheet."""
     if magnet is None:
         return ""
     text = f"; a magnet sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"

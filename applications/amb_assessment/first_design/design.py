@@ -47,7 +47,7 @@ class Design:
     @property
     def loop(self) -> Levitation:
         """Behaviour of the sampled loop."""
-        assert self.levitation is not None, "the loop of a start has not been computed"
+        assert self.levitation is not None, "the loop of this design has not been computed"
         return self.levitation
 
 
@@ -60,7 +60,7 @@ def first_design(
     options: RunOptions,
     progress: Progress = lambda sample_time, tried: None,
 ) -> Design:
-    """Return the design with the first sample time that reaches zone A, or the design that misses its targets least.
+    """Return the design with the first sample time that reaches zone A, or else the design closest to its targets.
 
     Parameters
     ----------

@@ -206,7 +206,7 @@ def _behaviour(design: Design) -> str:
 
 
 def _gravity(tilt: float) -> dict[str, str]:
-    """Return the template values for gravity (m/s^2) and for the line in the scenarios that sets the tilt (rad)."""
+    """Return the template values for gravity (m/s^2) and for the scenario line that sets the tilt (rad)."""
     degrees = round(math.degrees(tilt), 9)
     line = f'\ntilt = "{degrees:.9g} deg"  # of the shaft above the horizontal' if degrees else ""
     return {"gravity": f"{STANDARD_GRAVITY:.6g}", "of_tilt": line}

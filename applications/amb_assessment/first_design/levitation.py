@@ -231,7 +231,7 @@ def levitation_of(loop: Loop, speed: float, pid: Pid, wanted: tuple[float, float
 
 
 def growth_in_runs(loop: Loop, speed: float) -> str:
-    """Return the fastest-growing motion of the loop in runs up to the trip speed, in words, or "" if none grows."""
+    """Return the fastest-growing motion of the loop in runs up to the trip speed, in words; "" if no motion grows."""
     worst = max((loop.poles(share * speed).stability for share in JUDGED), key=lambda stability: stability.radius)
     return "" if worst.is_stable else f"{worst.motion} at {worst.speed * RPM:.0f} rpm"
 
@@ -268,7 +268,7 @@ class Designer:
 
     @cached_property
     def _searches(self) -> tuple[LoopSearch, LoopSearch]:
-        """The loop with all modes, and the loop that runs simulate."""
+        """The loop with all modes, and the loop as simulated in runs."""
         machine, speeds = self.machine(), [share * self.speed for share in SEARCHED]
         return LoopSearch(machine.loop, speeds), LoopSearch(machine.run_loop, speeds)
 
@@ -339,7 +339,7 @@ def _lack(peak: float, peak_beyond: float, ratios: Sequence[float], wanted: Sequ
 
 
 def _bands(omegas: Array, speed: float) -> list[NDArray[np.bool_]]:
-    """Return masks of the frequencies (rad/s) within the range of speed, up to twice the trip speed, and above."""
+    """Return masks of frequencies (rad/s): in the range of speed, up to twice the trip speed, and above that speed."""
     low, judged = omegas <= RANGE * speed, omegas <= 2.0 * TRIP * speed
     return [low, judged & ~low, ~judged & ~low]
 

@@ -88,7 +88,7 @@ class LoopSearch:
         return [np.linalg.eigvals(plant.closed(law)).astype(np.complex128) for plant in self.plants]
 
     def coarse_peaks(self, law: Law, poles: Sequence[Complex]) -> tuple[float, float]:
-        """Return the largest |S| up to 2 kHz and that above, at any axis and speed, on a coarse grid and near poles."""
+        """Return the largest |S| of any axis and speed up to 2 kHz, and above, on a coarse grid and near poles."""
         low = high = 0.0
         K = frequency_response(law, self._z(self._hertz))
         for plant, G, z in zip(self.plants, self._responses, poles, strict=True):
@@ -107,7 +107,7 @@ class LoopSearch:
         return hertz[(hertz >= LOWEST) & (hertz <= 0.5 / self.sample_time)]
 
     def peaks(self, law: Law) -> tuple[Peak, Peak]:
-        """Return the largest |S| up to 2 kHz and that above 2 kHz, on a frequency grid that is dense near each pole."""
+        """Return the largest |S| up to 2 kHz, and above 2 kHz, on a frequency grid that is dense near each pole."""
         by_speed = [(Peak(0.0), Peak(0.0))]
         for plant, z in zip(self.plants, self.poles(law), strict=True):
             hertz = curve_frequencies(z, self.sample_time, LOWEST, 0.5 / self.sample_time)
@@ -131,7 +131,7 @@ class LoopSearch:
 
 
 def largest_peaks(loop: Loop, gains: Mapping[str, float], speeds: Array) -> tuple[Peak, Peak]:
-    """Return the largest |S| up to 2 kHz and that above 2 kHz, at any speed from the first to the last of `speeds`.
+    """Return the largest |S| up to 2 kHz, and above 2 kHz, at any speed from the first to the last of `speeds`.
 
     Parameters
     ----------

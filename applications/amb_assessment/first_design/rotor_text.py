@@ -1,4 +1,4 @@
-"""Text of a first rotor file: a plain shaft with a wheel; also supports, damping and reduction where a file lacks them.
+"""Texts for a first rotor file: a plain shaft with a wheel, and any missing supports, damping and reduction.
 
 A rotor file made from a drawing is used instead of the shaft. If it has bearings, retainers and sensors, they are used
 instead of the supports.
@@ -43,7 +43,7 @@ def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
     Raises
     ------
     ValueError
-        If the name is not allowed in a TOML file, a number is not positive, or the shaft would be thicker than a
+        If the name is not allowed in a TOML file, if a number is not positive, or if the shaft would be thicker than a
         quarter of its length.
     """
     require_name(name)
@@ -51,7 +51,7 @@ def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
         require(0.0 < value <= most, key, f"{value:g} {unit}", f"> 0 {unit} and <= {most:g} {unit}")
     require_speed(speed)
     diameter = math.sqrt(4.0 * SHAFT_SHARE * mass / (math.pi * STEEL * length))
-    thin = "less for this length: the shaft would be thicker than a quarter of it"
+    thin = "less for this length: the shaft would be thicker than a quarter of its length"
     require(diameter <= length / 4.0, "mass", f"{mass:g} kg", thin)
     wheel_mass, radius = (1.0 - SHAFT_SHARE) * mass, min(2.0 * diameter, RIM_SPEED / speed)
     return filled(
@@ -120,7 +120,7 @@ def supports(
 
 
 def gap_for(diameter: float) -> float:
-    """Return the air gap (m) of a magnet around a shaft of diameter d (m): d/250, but from 0.3 to 1 mm, as in (2)."""
+    """Return the air gap (m) of a magnet around a shaft of diameter d (m): d/250, limited to 0.3 to 1 mm, as in (2)."""
     return min(max(round(diameter / 250.0, 4), 0.3e-3), 1e-3)
 
 

@@ -59,9 +59,9 @@ def _loop_shortfalls(loop: Levitation) -> Iterator[str]:
         yield f"damping ratio {', '.join(short)}: {loop.least_damped} is furthest from its target"
     if loop.motion_in_runs:
         yield (
-            f"in runs {loop.motion_in_runs}, although the rotor with all modes is stable: control drives "
-            "the residual shapes that replace its higher modes in runs; state a wider band in the [reduction] of the "
-            "rotor file"
+            f"in simulated runs, {loop.motion_in_runs}, although the loop with all modes of the rotor is stable: "
+            "control drives the residual shapes that replace the higher modes in runs; state a wider band in the "
+            "[reduction] of the rotor file"
         )
 
 
@@ -87,7 +87,7 @@ def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
 
 
 def high_voltage(sizes: MachineSizes) -> Iterator[str]:
-    """Yield a sentence on coils whose voltage industrial amplifiers cannot supply, and on coils that they can supply.
+    """Yield a sentence if the coils need more voltage than industrial amplifiers supply; it also suggests other coils.
 
     U = 2 R I_max + L I_b 2 Omega,   I_b ~ I_max ~ 1/N,   R ~ L ~ N^2,   hence U ~ N at the same force     (1)
     """
@@ -109,13 +109,14 @@ def _damping_shortfall(rotor: Rotor, loop: Levitation) -> Iterator[str]:
     least = loop.wanted[2] / LEFT
     if loop.zone not in ACCEPTED and least < 2.0 * BEYOND:
         yield (
-            f"rotor {rotor.name!r} has damping ratios from {least:.3g} on, so its high bending modes tolerate hardly "
-            "any gain beyond the phase lead of the PID: measure its damping, or use faster amplifiers and samples"
+            f"rotor {rotor.name!r} has damping ratios from {least:.3g} upwards, so its high bending modes tolerate "
+            "hardly any gain beyond the phase lead of the PID: measure its damping, or use faster amplifiers and "
+            "samples"
         )
 
 
 def hindering_positions(machine: Machine, loop: Levitation, speed: float) -> Iterator[str]:
-    """Yield a sentence on each bending mode, up to twice the trip speed, that a bearing drives or none can damp."""
+    """Yield a sentence on each bending mode, up to twice the trip speed, that bearings drive or cannot damp."""
     is_short = any(zeta < wanted for zeta, wanted in zip(loop.ratios[:2], loop.wanted[:2], strict=True))
     for mode in mode_reaches(machine.rotor, machine.magnets, MODES):
         if mode.frequency <= 2.0 * TRIP * speed and mode.deciding.value < (WELL if is_short else REACHED):

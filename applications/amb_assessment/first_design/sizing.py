@@ -187,7 +187,7 @@ def machine_sizes(
     nodes = rotor.shaft.nodes
     diameter = max(diameter_at(rotor, nodes[node - 1]) for node in rotor.bearing_nodes)
     fastest = 2.0 * SURFACE_SPEED / diameter
-    surface = f"the surface of the shaft in its bearings ({1e3 * diameter:.3g} mm) then moves at {SURFACE_SPEED:g} m/s"
+    surface = f"the shaft's surface then moves at {SURFACE_SPEED:g} m/s (diameter {1e3 * diameter:.3g} mm in a bearing)"
     require(speed <= fastest, "speed", speed_unit().text(speed), f"<= {speed_unit().text(fastest)}: {surface}")
     body = rigid_body(rotor)
     loads, at_rest = (_axis_loads(rotor, Omega, share_across(tilt)) for Omega in (speed, 0.0))

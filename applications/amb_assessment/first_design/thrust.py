@@ -148,7 +148,7 @@ def machine_part(radii: tuple[float, float], thrust: Thrust, sizes: MachineSizes
 
 
 def radii(rotor: Rotor, z: float) -> tuple[float, float]:
-    """Return the inner and outer radius (m) of a disc at z, with room for two pole rings by (1) and the coil."""
+    """Return the inner and outer radius (m) of a disc at z with room for the coil and two pole rings sized by (1)."""
     inner = 0.5 * diameter_at(rotor, z)
     return inner, math.sqrt(inner**2 + 3.0 * _pole_area(rotor.mass) / math.pi)
 

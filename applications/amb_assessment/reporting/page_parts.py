@@ -33,5 +33,5 @@ def picture_url(picture: bytes) -> str:
 
 
 def number_text(number: float) -> str:
-    """Return a number as text with four significant digits, or five from a thousand on."""
+    """Return a number as text with four significant digits, or with five if it is 1000 or more."""
     return f"{number:.5g}" if abs(number) >= 1000.0 else f"{number:.4g}"

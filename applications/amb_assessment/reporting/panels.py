@@ -114,7 +114,7 @@ def horizontal_axis(run: Signals) -> tuple[Array, str, Bools]:
 
 
 def curve(name: str, x: ArrayLike, y: ArrayLike, style: str = "lines") -> Curve:
-    """Return a curve of at most `MOST_POINTS` points; of a longer one, keep the extremes of y in equal parts."""
+    """Return a curve; if it has more than `MOST_POINTS` points, keep only the extremes of y in equal parts of it."""
     xs, ys = np.asarray(x, np.float64), np.asarray(y, np.float64)
     if len(xs) > MOST_POINTS:
         extremes = _extremes(ys, MOST_POINTS // 2)

@@ -34,7 +34,7 @@ def move_onto_faces(
 ) -> float:
     """Move a rotor along its axis against faces for a time t (s); return the work (J) of all forces except the faces'.
 
-    Each face collects its force, the impulse and the peak of this force, and the heat due to its compression.
+    The record of each face receives its force, the impulse and the peak of this force, and the heat due to compression.
     """
     for face in faces:
         face.part_impulse = face.part_depth = face.part_way = face.part_time = face.loss = 0.0
@@ -105,7 +105,7 @@ def _pass_phase(
 
 @kernel
 def _longest(face: Face, mass: float, z: float, speed: float) -> float:
-    """Return the length (s) of the longest phase in which the ring of a pressed face is almost linear."""
+    """Return the length (s) of the longest phase in which the ring of a pressed face responds almost linearly."""
     longest = LONGEST_PHASE / math.sqrt(face.stiffness / mass)
     delta, rate = penetration(face, z), -face.side * speed
     if face.lean > 0.0 and rate != 0.0:

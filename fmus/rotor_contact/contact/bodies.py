@@ -3,7 +3,7 @@
 docs/theory/retainers.md states the equations of motion; its omega_0 is `RACE_SPEED_SCALE`. T is the friction force on
 the rotor; it is positive in the direction of spin. Unbalance couples a free spin to the shaft through p, so that
 
-    (J - p . M^-1 p) Omega' = M_drive - c_s Omega - p . a
+    (J - p^T M^-1 p) Omega' = M_drive - c_s Omega - p^T a
 
 where a is the shaft's acceleration at constant speed. Damping that rotates with the shaft adds its torque. The mass
 matrix and the energy include the coupling; the effect of gravity and base motion on the unbalance itself is neglected.
@@ -90,7 +90,7 @@ def race_drag(site: Site, speed: float) -> float:
 
 @kernel
 def drag_slope(site: Site, speed: float) -> float:
-    """Return a bound (N m s) on the slope of a race's drag torque over its speed, near `speed` (rad/s)."""
+    """Return a bound (N m s) on the slope of a race's drag torque with respect to its speed, near `speed` (rad/s)."""
     slope: float = site.race_viscous_drag
     if abs(speed) < CONSTANT_BEYOND * RACE_SPEED_SCALE:
         slope += site.race_drag / RACE_SPEED_SCALE
@@ -106,7 +106,7 @@ def drive_torque(spin: Spin, Omega: float) -> float:
 
 @kernel
 def drive_slope(spin: Spin) -> float:
-    """Return drag coefficient plus drive gain (N m s); the gain counts only if the torque limit is not 0."""
+    """Return the drag coefficient plus the drive gain (N m s); the gain counts only if the torque limit is not 0."""
     slope: float = spin.drag + (spin.gain if spin.torque_limit > 0.0 else 0.0)
     return slope
 
@@ -129,7 +129,7 @@ def drive_limit(spin: Spin) -> float:
 
 @noinline_kernel
 def couple_spin(motion: Motion, spin: Spin, theta: float) -> float:
-    """Write the coupling of a free spin at the rotor angle `theta` (rad); return J - p . M^-1 p (kg m^2)."""
+    """Write the coupling of a free spin at the rotor angle `theta` (rad); return J - p^T M^-1 p (kg m^2)."""
     direction_x, direction_y = -math.sin(theta), math.cos(theta)
     p, s = spin_coupling(motion)
     _, cosine, sine, _ = forces(motion)
@@ -147,7 +147,7 @@ def couple_spin(motion: Motion, spin: Spin, theta: float) -> float:
 
 @kernel
 def least_inertia(motion: Motion) -> float:
-    """Return an inertia (kg m^2) above which J - p . M^-1 p is positive at every angle."""
+    """Return an inertia (kg m^2) above which J - p^T M^-1 p is positive at every angle."""
     force, acceleration = forces(motion), accelerations(motion)
     total = 0.0
     for i in range(force.cosine.shape[0]):
@@ -232,7 +232,7 @@ def strain_energy(sites: Sites, q: Array) -> float:
 
 @kernel
 def coupling_energy(motion: Motion, spin: Spin, theta: float, v: Array) -> float:
-    """Return the kinetic energy Omega p . v (J) of the coupling of shaft and free spin."""
+    """Return the kinetic energy Omega p . v (J) due to the coupling of shaft and free spin."""
     if spin.row < 0:
         return 0.0
     couple_spin(motion, spin, theta)

@@ -54,7 +54,7 @@ def _penetration(site: Site) -> float:
 
 @kernel
 def reversed_push(site: Site, v: Array) -> float:
-    """Return -`Response.push` (N) times the sign of `Response.push` when contact was last resolved.
+    """Return -`Response.push` (N), multiplied by the sign that `Response.push` had when contact was last resolved.
 
     The result is positive once N has passed its kink. The radius of the journal must be up to date.
     """

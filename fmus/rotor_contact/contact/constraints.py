@@ -47,7 +47,7 @@ def is_any_constrained(sites: Sites) -> bool:
 
 @kernel
 def number_unknowns(sites: Sites) -> int:
-    """Assign an index to each unknown, N of every constrained site and T of every rolling site; return their number."""
+    """Assign indices to the unknowns (N of each constrained site, T of each rolling site); return their number."""
     count = 0
     for site in sites:
         if is_constrained(site):
@@ -179,7 +179,7 @@ def find_multipliers(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -
 
 @kernel
 def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
-    """Project constrained sites onto the circle and onto the velocity constraint by the smallest mass-weighted change.
+    """Project constrained sites onto their circles and velocity constraints by the smallest mass-weighted change.
 
     This prevents drift of the integrated constraint (4.14). Friction is not involved.
     """
@@ -198,7 +198,7 @@ def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
 
 @kernel
 def put_on_circles(w: Workspace, q: Array) -> bool:
-    """Project constrained sites onto the circle by the smallest mass-weighted change; return False if this fails.
+    """Project constrained sites onto their circles by the smallest mass-weighted change; return False if this fails.
 
     One Newton step suffices, because it leaves an error of the order of the square of the substep's error.
     """

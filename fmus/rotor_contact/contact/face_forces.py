@@ -1,4 +1,4 @@
-"""Forces of the faces on the shaft, on its spin and on the retainers on which it lands, and the heat of the faces.
+"""Forces of the faces on the shaft, on its spin and on the retainers on which the faces land; heat of the faces.
 
 In each part of a step, the force of the seat follows from the motion along the shaft. The torque of friction follows
 from the state at the beginning of the part; it is limited so that the slip does not end within the part. The centre of
@@ -131,7 +131,7 @@ def face_motion(w: Workspace, k: int, q: Array, v: Array, Omega: float) -> FaceM
 
 @kernel
 def housing_below(w: Workspace, face: Face) -> int:
-    """Return the index of x of the housing on which a face's friction acts, or -1 if no housing can move under it."""
+    """Return the index of coordinate x of the housing that a face's friction can move, or -1 if there is none."""
     if face.site >= 0.0 and face.on_mount != 0.0:
         return int(w.sites[int(face.site)].housing)
     return -1
@@ -167,7 +167,7 @@ def lean_of(w: Workspace, k: int, q: Array) -> tuple[float, float]:
 
 @noinline_kernel
 def set_leans(w: Workspace, z: Array, t: float) -> None:
-    """Set the lean and rise of all faces to their values in the middle of a part of length t (s) that begins at z."""
+    """Set the lean and rise of all faces to their values in the middle, t/2, of a part that starts from the state z."""
     n, records = w.n, faces_of(w.faces, w.Minv.shape[0]).records
     for k in range(records.shape[0]):
         u_x, u_y = lean_of(w, k, z[:n])
@@ -190,7 +190,7 @@ def set_lean(face: Face, u_x: float, u_y: float) -> None:
 
 @noinline_kernel
 def set_torques(w: Workspace, z: Array, Omega: float, t: float) -> None:
-    """Set the torques of all pressed faces for a part of length t (s) that begins at z."""
+    """Set the torques of all pressed faces for a part of length t (s) that starts from the state z."""
     n, records, spin = w.n, faces_of(w.faces, w.Minv.shape[0]).records, w.spin[0]
     for k in range(records.shape[0]):
         face = records[k]

@@ -1,4 +1,4 @@
-"""A face that stops the rotor along its shaft: a thin elastic ring against its seat, and its friction.
+"""A face that limits the rotor's axial motion: a thin elastic ring with friction against its seat.
 
             ^ z        ring of radius R, stiffness k and damping d per area of the whole ring, seat below it
             |          delta    penetration, the mean of the ring
@@ -180,7 +180,7 @@ def half_of_contact(delta: float, lean: float) -> float:
 
 @kernel
 def spring_force(face: Face, delta: float, half: float) -> float:
-    """Return the share (N) of the ring's springs in the force (1)."""
+    """Return the contribution (N) of the ring's springs to the force (1)."""
     force: float = face.stiffness / math.pi * (delta * half + face.lean * math.sin(half))
     return force
 

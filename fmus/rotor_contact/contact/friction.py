@@ -52,7 +52,7 @@ def has_friction(site: Site) -> bool:
 
 @kernel
 def friction_ratio(site: Site, scale: float) -> float:
-    """Return `scale` times T/N of a sliding site, or 0 for a rolling site, because its T is an unknown."""
+    """Return `scale` times T/N of a sliding site; for a rolling site, whose T is an unknown, return 0."""
     if site.mode == ROLLING:
         return 0.0
     ratio: float = -scale * kinetic_coefficient(site, site.slip) * site.slip_sign
@@ -81,7 +81,7 @@ def exceeds_static_impulse(site: Site) -> bool:
 
 @kernel
 def reversed_slip(site: Site, slip: float) -> float:
-    """Return a sliding site's velocity (m/s) in the direction of its friction; it is positive once slip reverses."""
+    """Return a sliding site's slip velocity (m/s) in the direction of friction; it is positive once slip reverses."""
     velocity: float = -site.slip_sign * slip
     return velocity
 
@@ -95,7 +95,7 @@ def close_in_sliding(site: Site, v: Array, Omega: float) -> None:
 
 @kernel
 def start_sliding(site: Site, friction: float) -> None:
-    """Let a rolling site slide; its friction keeps the direction of `friction`, positive in the direction of spin."""
+    """Let a rolling site slide; its friction keeps the sign of `friction` (positive in the direction of spin)."""
     site.mode = SLIDING
     site.slip_sign = -1.0 if friction > 0.0 else 1.0
 

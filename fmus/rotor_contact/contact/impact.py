@@ -89,7 +89,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
     Parameters
     ----------
     w
-        The workspace; `site.touching` marks the sites that touch, `site.rebound` is their e.
+        The workspace; `site.touching` marks the sites that touch, `site.rebound` is their coefficient of restitution e.
     v
         Velocities (m/s), changed in place.
     Omega
@@ -130,7 +130,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
 
 @kernel
 def _heat(site: Site, v: Array, before: Array, Omega: float) -> float:
-    """Return the energy (J) that a site's impulses turn into heat, from the mean of the velocities before and after."""
+    """Return the heat (J) of a site's impulses, from the mean of its velocities before and after the impact."""
     approach = 0.5 * (radial_component(site, before) + radial_component(site, v))
     slip = 0.5 * (slip_velocity(site, before, Omega) + slip_velocity(site, v, Omega))
     heat: float = site.p_n * approach - site.p_t * slip
@@ -189,7 +189,7 @@ def _adjust_friction(sites: Sites, v: Array, Omega: float) -> bool:
 
 @kernel
 def _close_again(sites: Sites, v: Array, Omega: float) -> bool:
-    """Close an omitted site if changes at other sites make its journal approach again; return whether there was one."""
+    """Close an omitted site whose journal approaches again due to other sites; return whether one was closed."""
     for site in sites:
         if site.mode == FREE and site.mode_before != FREE and radial_component(site, v) > 1e-9:
             close_in_sliding(site, v, Omega)

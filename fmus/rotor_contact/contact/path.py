@@ -54,7 +54,7 @@ def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: 
 
 @kernel
 def keeps_distance(site: Site, begin: Point, end: Point, dt: float, margin: float) -> bool:
-    """Return whether the path between two points keeps a distance of `margin` times the clearance from its retainer.
+    """Return whether the path between two points keeps a distance of `margin` times the clearance from the retainer.
 
     A cubic lies within the convex hull of its four Bezier points, so checking these suffices.
     """

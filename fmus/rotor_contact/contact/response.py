@@ -4,7 +4,7 @@ The journal receives the force -N n + T t, its housing the opposite force, its r
 spin the torque T R_s. With the coupling p of spin and shaft (`bodies`), a force f on the shaft and a torque r T on the
 spin cause
 
-    q'' = M^-1 f + s g,    Omega' = -g/sqrt(d),    g = s . f - r T/sqrt(d),    s = M^-1 p/sqrt(d),  d = J - p . M^-1 p
+    q'' = M^-1 f + s g,    Omega' = -g/sqrt(d),    g = s^T f - r T/sqrt(d),    s = M^-1 p/sqrt(d),  d = J - p^T M^-1 p
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from rotor_contact.forces.dynamics import spin_coupling
 
 @kernel
 def set_spin_response(w: Workspace, site: Site) -> None:
-    """Store g for a unit force along n, and g for one along t, at a site (its normal must be up to date)."""
+    """Store the values of g for unit forces along n and t at a site (its normal must be up to date)."""
     if site.spin >= 0:
         s = spin_coupling(w.motion).s
         i = site.row
@@ -28,7 +28,7 @@ def set_spin_response(w: Workspace, site: Site) -> None:
 
 @inlined_kernel
 def add_contact_response(w: Workspace, site: Site, normal: float, friction: float, target: Array) -> None:
-    """Add the response to -normal n + friction t to `target`: accelerations for forces (N), velocities for impulses."""
+    """Add to `target` the response to -normal n + friction t: accelerations for forces (N), velocities for impulses."""
     _add_response_of_shaft(w.Minv, site, normal, friction, target)
     if w.n > w.Minv.shape[0]:
         _add_response_of_bodies(w, site, normal, friction, target)

@@ -1,6 +1,6 @@
 """Totals of a contact site in a step: peaks, impulses, heat and means, collected from substeps, pieces and impacts.
 
-An output that a step collects is declared in `site_variables`. In this module, such an output has a field in
+An output that is collected over a step is declared in `site_variables`. In this module, such an output has a field in
 `COLLECTED` or `SITE_INTEGRALS`, whose fields start each step at zero, or in `SITE_STATE` if it grows from step to step.
 The functions called in each step must also handle the output; they are called in this order:
 
@@ -56,7 +56,7 @@ def set_rates(site: np.record, heat: float, rate: np.record) -> None:
 
 @kernel
 def collect_substep(site: np.record, begin: np.record, second: np.record, third: np.record, end: np.record) -> None:
-    """Collect a substep from its rates at the stages; a parabola through them gives the largest normal force.
+    """Update the largest normal force from a parabola through the normal forces at the stages of a substep.
 
     At the midpoint, the mean of the two stages is one order more accurate than either stage alone.
     """
@@ -65,7 +65,7 @@ def collect_substep(site: np.record, begin: np.record, second: np.record, third:
 
 @kernel
 def collect_piece(site: np.record, nodes: Nodes, h: float, of_site: np.record) -> float:
-    """Collect a piece of length h (s) at a constrained site; return its friction heat (J), -int T v_slip dt."""
+    """Add a piece of length h (s) to the totals of a constrained site; return the heat (J) -int T v_slip dt."""
     a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
     site.f_n_peak = max(site.f_n_peak, greatest_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n))
     heat = 0.0
@@ -79,7 +79,7 @@ def collect_piece(site: np.record, nodes: Nodes, h: float, of_site: np.record) -
 
 @kernel
 def collect_impact(site: np.record, heat: float) -> None:
-    """Collect an impact: its impulses `p_n` and `p_t` (N s), and its heat (J)."""
+    """Add the normal impulse `p_n` (N s) and the heat (J) of an impact to the totals."""
     site.impulse += site.p_n
     site.impact_heat += heat
 
@@ -101,7 +101,7 @@ def average(site: np.record, of_site: np.record, step_size: float) -> None:
 
 @kernel
 def write_totals(site: np.record, y: np.record) -> None:
-    """Write the outputs that a step collects; the largest force includes the final force, which is in `y`."""
+    """Write the outputs that are collected over a step; the largest force includes the final force, which is in `y`."""
     y.f_n_peak = max(site.f_n_peak, y.f_n)
     y.f_n_mean = site.f_n_mean
     y.impulse = site.impulse

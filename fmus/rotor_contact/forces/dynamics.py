@@ -55,7 +55,7 @@ class SpinCoupling(NamedTuple):
         Force on the shaft (N) that opposes a unit angular acceleration of the spin; also the torque on the spin that
         opposes a unit q''.
     s
-        M^-1 p, scaled by 1/sqrt(J - p . M^-1 p).
+        M^-1 p, scaled by 1/sqrt(J - p^T M^-1 p).
     """
 
     p: Array
@@ -257,7 +257,7 @@ def damping_power(motion: Motion, v: Array) -> float:
 def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float, float]:
     """Return the dissipation (W) of the shaft's damping and its torque (N m) on the spin.
 
-    With the velocity relative to the rotating shaft, w = v - Omega J q: heat = v . C v + w . R w, torque = (J q) . R w.
+    With the velocity relative to the rotating shaft, w = v - Omega J q: heat = v^T C v + w^T R w, torque = (J q)^T R w.
     The rows of C and R are read instead of the columns, because both matrices are symmetric. Eight sums are computed at
     once.
     """

@@ -1,13 +1,13 @@
 """Energy that the dampers take from the lateral motion over a piece, as a quadratic form of x (`step_matrices`).
 
-    D(h) = int_0^h [v . C v + v . R (v - Omega J q)] dt = x . H x
+    D(h) = int_0^h [v^T C v + v^T R (v - Omega J q)] dt = x^T H x
 
 C contains the dampers of passive bearings, of mounts, and between shaft and ground; R contains the dampers that rotate
 with the shaft. Seals are not included. Quadrature over a piece would not resolve modes that vibrate several times in
 it; H covers these modes. The H of the shortest piece follows from Lobatto's quadrature, and the H of longer pieces from
 doubling. With x' and x'' at the beginnings of the two halves (`matrix_rows`),
 
-    D(2 T) = x' . H(T) x' + x'' . H(T) x''
+    D(2 T) = x'^T H(T) x' + x''^T H(T) x''
 
 Only the lower triangle is stored, and its elements off the diagonal are doubled. For an isotropic rotor, rows for y
 equal the rows for x with each pair turned by a right angle, as in P and S.
@@ -84,7 +84,7 @@ def move_to(matrices: StepMatrices, slot: int, level: int, row: int, point: int,
 def add_point(
     matrices: StepMatrices, slot: int, level: int, row: int, point: int, applied: Array, target: Array
 ) -> None:
-    """Add a Lobatto point to a row of a form; `applied` is the form's symmetric matrix times the motion of the row."""
+    """Add a Lobatto point's part to a row of a form; `applied` is the symmetric matrix times the row's motion."""
     P, inner = level_of(matrices, slot, level).P, inner_motion(matrices, slot, level)
     share = matrices.sizes[0].step_size * 0.5**level * LOBATTO_WEIGHTS[point]
     for s in range(row + 1):
@@ -100,7 +100,7 @@ def add_point(
 def _apply_dampers(
     structure: Structure, motion: Motion, sites: Sites, Omega: float, y: Array, damped: Array, room: Array
 ) -> None:
-    """Write the product of the power's symmetric matrix and y = (q, v) into `damped`."""
+    """Multiply y = (q, v) by the symmetric matrix of the dampers' power; write the product into `damped`."""
     n, m = y.shape[0] // 2, structure.K.shape[0]
     C, R = structure.forms[m : 2 * m], structure.forms[2 * m : 3 * m]
     q, v, x, of_x = y[:n], y[n:], room[:m], room[m : 2 * m]
@@ -138,7 +138,7 @@ def double_form_row(
     finer: Array,
     target: Array,
 ) -> None:
-    """Write a row of a form from the `finer` form of half the length; `second` is x'' if this row of x is 1."""
+    """Write a row of a form from `finer`, the form for half the piece; `second` is x'' if this row of x is 1."""
     sizes, P = matrices.sizes[0], level_of(matrices, slot, level + 1).P
     n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
     forces, units = 2 * n + 4, rows_of_x(matrices)
@@ -201,7 +201,7 @@ def _multiply(H: Array, x: Array, y: Array) -> None:
 
 @noinline_kernel
 def energy_of_dampers(x: Array, low: Array, high: Array, share: float, isotropic: bool) -> float:
-    """Return x . H x (J), with H interpolated between two speeds; an isotropic rotor requires only every second row."""
+    """Return x^T H x (J), with H interpolated between two speeds; an isotropic rotor requires only every second row."""
     energy = 0.0
     if isotropic:
         for r in range(0, x.shape[0], 2):

@@ -1,6 +1,7 @@
 """Rows and columns of the matrices that depend on the inputs' amplitudes, computed from the rows for unit inputs.
 
-With the amplitudes a of `excitation`, row c of x, which is one of (1, 0, A, B), combines the rows of the unit inputs u,
+With the amplitudes a of `excitation`, the row for c, one of the entries 1, 0, A and B of x, combines the rows of the
+unit inputs u,
 
     P_c = sum_u T_cu P_u,    T_1 = T_A = (a_x, a_y),    T_0 = T_B = (-a_y, a_x)                   (1)
 
@@ -10,8 +11,8 @@ U, which are the products of the motion with the unit forces of each unbalance:
 
     cosine . q = sum a_x b_x . q + a_y b_y . q,    sine . q = sum a_x b_y . q - a_y b_x . q                    (2)
 
-A level is combined when it is used for the first time with the present amplitudes. Between built speeds, a level is
-interpolated from the speeds for which it is combined, because equations (1) and (2) are linear.
+A level is combined when it is used for the first time with the present amplitudes. Equations (1) and (2) are linear, so
+a level between built speeds is interpolated from the speeds for which it is combined.
 """
 
 from __future__ import annotations
@@ -79,7 +80,7 @@ def combine(matrices: StepMatrices, slot: int, level: int) -> None:
 
 @kernel
 def _combine_built(matrices: StepMatrices, slot: int, level: int) -> None:
-    """Combine a level of a slot that is built."""
+    """Combine a level of a slot whose rows are built, unless this has been done."""
     place, inputs = slot * MAX_LEVELS + level, matrices.sizes[0].inputs
     if matrices.combined[place] != inputs:
         matrices.combined[place] = inputs
@@ -183,7 +184,7 @@ def _combine_form(matrices: StepMatrices, H: Array) -> None:
 
 @kernel
 def _weight(same_row: bool, same_unit: bool) -> float:
-    """Return the weight of an element of H for unit inputs in a combined element; both are doubled off the diagonal."""
+    """Return the factor of a unit-input element of H in a combined element; elements off the diagonal are doubled."""
     if same_row == same_unit:
         return 1.0
     return 0.5 if same_row else 2.0

@@ -1,4 +1,4 @@
-"""Levels of the matrices; their number makes the shortest piece short enough for a Taylor series of its motion."""
+"""Levels of the matrices; the shortest piece is so short that a Taylor series gives the motion in it."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Heat and work of the spin and of seals over a piece at a constant speed, as quadratic forms of x (`step_matrices`).
 
-    heat: int v . C_s v dt - W,    work: -int v . K_s' q dt - W,    W = int Omega M dt
+    heat: int v^T C_s v dt - W,    work: -int v^T K_s' q dt - W,    W = int Omega M dt
 
-M = (J q) . R (v - Omega J q) is the torque of the damping R that rotates with the shaft; this damping thus supplies -W
+M = (J q)^T R (v - Omega J q) is the torque of the damping R that rotates with the shaft; this damping thus supplies -W
 to the motion. C_s is the damping of the seals, and K_s' is the skew part of their stiffness. Together with the energy
 that the dampers take (`matrix_dampers`), this heat covers all damping. The forms of the shortest piece follow from
 Lobatto's quadrature, and the forms of longer pieces from doubling, as in `matrix_dampers`.
@@ -58,7 +58,7 @@ def integrate_power_rows(
 def double_power_rows(
     matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, second: Array, room: Array
 ) -> None:
-    """Write a row of the forms from the level of half the length; `second` is x'' if this row of x is 1."""
+    """Write a row of the forms from the level for half the piece; `second` is x'' if this row of x is 1."""
     powers, finer = powers_of(matrices, slot, level), powers_of(matrices, slot, level + 1)
     double_form_row(matrices, slot, level, row, Omega, second, room, finer.heat, powers.heat[row])
     double_form_row(matrices, slot, level, row, Omega, second, room, finer.work, powers.work[row])

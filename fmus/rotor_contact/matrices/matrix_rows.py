@@ -1,4 +1,4 @@
-"""Rows of the matrices, computed by Taylor series in time for the shortest level and by doubling for the others.
+"""Rows of the matrices, computed by Taylor series in time for the shortest piece and by doubling for longer ones.
 
 A piece of twice the length consists of two pieces in sequence. A force that is a cubic over the piece is also a cubic
 over either half. Therefore, with Y_i, the motion up to Lobatto point c_i of a piece of length T,
@@ -147,7 +147,7 @@ def _add_force(
 ) -> None:
     """Add to `a` the acceleration due to the force of a row of x; this force is `cosine` times its initial value.
 
-    Because an unbalance force turns, `sine` times the force that is a right angle ahead of it is added.
+    An unbalance force also turns: `sine` times the force that is a right angle ahead of it is added.
     """
     sizes = matrices.sizes[0]
     n, m, unit = int(sizes.n), structure.K.shape[0], _unit_of(matrices, row)
@@ -296,7 +296,7 @@ def _integrate_row(
 
 @kernel
 def _double_row(matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, x: Array) -> None:
-    """Write a row of a level from the level of half its length."""
+    """Write a row of a level from the level for half the piece."""
     n = int(matrices.sizes[0].n)
     target_motion, new_ends = inner_motion(matrices, slot, level), level_of(matrices, slot, level).P
     finer, ends = inner_motion(matrices, slot, level + 1), level_of(matrices, slot, level + 1).P

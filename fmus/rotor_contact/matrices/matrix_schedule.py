@@ -36,10 +36,11 @@ STEPS_PER_SPEED = 16.0  # steps that are subtracted from the count for every spe
 def steps_with_matrices(
     motion: Motion, sites: Sites, step_size: float, key: MatricesKey, memory: np.record
 ) -> tuple[bool, float]:
-    """Return whether the key of the matrices is unchanged, and for how many steps it has been (at most about 32).
+    """Return whether the key of the matrices is unchanged, and the number of steps since it changed (at most about 32).
 
-    `key` is updated. Each speed for which matrices must be built in between cancels `STEPS_PER_SPEED` of these steps.
-    Fast speed changes are therefore integrated, because building the matrices costs as much as about thirty steps.
+    `key` is updated. When the spin speed passes a speed for which matrices are built, the number decreases by
+    `STEPS_PER_SPEED`. During fast speed changes the motion is therefore integrated, because building the matrices costs
+    as much as about thirty steps.
     """
     same = is_near(step_size, key.step_size[0], STEP_TOLERANCE)
     if not same:
@@ -147,7 +148,7 @@ def _complete(matrices: StepMatrices, index: float) -> bool:
 def _look_ahead(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, is_direct: bool, index: float
 ) -> None:
-    """Build a share of the matrices for the next speed; it grows as the present speed approaches the next."""
+    """Build a share of the matrices for the next speed; the share grows as the present speed approaches the next."""
     if is_direct:
         low = float(math.floor(index))
         beyond = index - low - 0.5
@@ -172,7 +173,10 @@ def _build(
     number: float,
     share: float,
 ) -> None:
-    """Build, if necessary, a share of the matrices for speed `number` of the grid, or of the speeds `STRIDE` apart."""
+    """Build a share of the matrices for a speed, unless they are complete.
+
+    `number` counts all speeds of the grid if `is_direct` is true, and otherwise the speeds `STRIDE` apart.
+    """
     which, index = (slot_of(number), number) if is_direct else (built_slot_of(number), STRIDE * number)
     if not is_complete(matrices, which, index):
         build_slot(structure, motion, sites, matrices, which, index, share)

@@ -6,14 +6,15 @@ of `QUANTUM` d (see below), with an error of g d h/4096. A level in use can ther
 pieces. The result has the same bits as an interpolation in each product.
 
 Matrices are built for speeds m d apart. The matrices for the speeds of the grid, which are d/4 apart, follow from the
-parabola through the nearest three that are built. The distance from the middle one of these three is t m d, with -1/2
-<= t <= 1/2. The matrices between two speeds of the grid follow from the line through the matrices at these two speeds:
+parabola through the nearest three that are built. A speed of the grid is t m d above the middle one of these three,
+with -1/2 <= t <= 1/2. The matrices between two speeds of the grid follow from the line through the matrices at these
+two speeds:
 
     P(t) = t (t - 1)/2 P(-1) + (1 - t^2) P(0) + t (t + 1)/2 P(1),    errors (g m d h)^3/16 and (g d h/4)^2/8
 
 The errors are relative to P, and g <= 2 is the rate at which gyroscopic moments turn the velocity, divided by the speed
-(2 for a thin disc). A level is interpolated when a step first uses it, for the present inputs, because most steps need
-only one or two levels. If seals depend on the speed, matrices are built for all speeds of the grid, which are then d
+(2 for a thin disc). Most steps need only one or two levels, so a level is interpolated, for the present inputs, only
+when a step first uses it. If seals depend on the speed, matrices are built for all speeds of the grid, which are then d
 apart.
 """
 

@@ -12,8 +12,8 @@ consists of pairs along x and y. The direction of the unbalance is A + i B. In a
 yields cosine . q and sine . q, from which the unbalance's work and its torque on a free spin follow. The columns for
 these two, and the rows for 1, 0, A and B, depend on the present inputs. `matrix_inputs` combines them from the rows for
 unit inputs (`excitation`), which follow the n_x rows of x. Level l is for a piece of length h/2^l; `matrix_rows` builds
-the levels, starting from a piece so short that the series converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are
-not stored.
+the levels, starting from a piece so short that the series converges fast. Levels for pieces shorter than
+h/2^(MAX_LEVELS - 1) are not stored.
 
 Because P and S depend on the speed, slots of memory hold them for speeds on a grid (`speed_grid`). Two more slots hold
 them for a constant speed, with the gradients of the magnets (`constant_speed`).
@@ -71,7 +71,7 @@ Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
 class MatricesKey(NamedTuple):
     """Key of the matrices without the speed: all numbers, and named views into them.
 
-    The views are `step_size`, an array of length 1, and records of the types `BEARING` (without magnets and rows) and
+    The views are `step_size` (an array of length 1) and records of the types `BEARING` (without magnets and rows) and
     `SITE_KEY`.
     """
 
@@ -186,7 +186,7 @@ def place_of_slot(matrices: StepMatrices, slot: int) -> int:
 def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
     """Return the matrices of a level at the speed of a slot, which follow K and C in the memory.
 
-    Levels that are not stored take turns in the memory of the last two stored levels, which are built later.
+    Levels that are not stored alternate in the memory of the last two stored levels, which are built after them.
     """
     n, n_ports, rows = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), int(matrices.sizes[0].n_rows)
     inputs, n_bearings = matrices.amplitudes.shape[0] // 2, matrices.gradients.shape[0] // 2

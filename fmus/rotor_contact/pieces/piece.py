@@ -119,7 +119,7 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
 
 @kernel
 def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_torque: float) -> None:
-    """Advance spin and races over a piece of length h (s) under the friction at the nodes; repeat until it converges.
+    """Advance spin and races over a piece of length h (s) under the friction at the nodes; iterate to convergence.
 
     The function itself iterates the torques of drive and drag, because without contact forces a caller would not notice
     that these torques have not converged.

@@ -57,13 +57,13 @@ def port_of_face(matrices: StepMatrices, k: int, of_slope: int) -> int:
 
 @kernel
 def first_port_number(matrices: StepMatrices) -> int:
-    """Return the offset of the port numbers, which follow the coordinates of all possible ports."""
+    """Return the index of the first port number in `ports`, where the coordinates of all possible ports come first."""
     return matrices.ports.shape[0] // 2
 
 
 @kernel
 def gradient_change(motion: Motion, matrices: StepMatrices, b: int, axis: int) -> float:
-    """Return the gradient (N/m) of a magnet minus the gradient in the matrices, or 0 within rounding."""
+    """Return the gradient (N/m) of a magnet minus the gradient in the matrices; 0 if they agree within rounding."""
     gradient, known = motion.bearings[b].gradient[axis], matrices.gradients[2 * b + axis]
     return 0.0 if is_near(gradient, known, ROUNDING) else gradient - known
 

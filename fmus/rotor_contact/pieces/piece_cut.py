@@ -96,7 +96,7 @@ def _restrict_nodes(matrices: StepMatrices, site: Site, k: int, n_terms: int, s:
 def _taken_by_dampers(
     w: Workspace, matrices: StepMatrices, index: float, n_terms: int, h: float, share: float
 ) -> float:
-    """Return the energy (J) that the dampers take up to `share` of the piece, by Gauss's quadrature over parts of it.
+    """Return the energy (J) that dampers take in the first `share` of the piece, by Gauss's quadrature over its parts.
 
     The H of the shortest piece comes from Lobatto's quadrature. A part is at most twice as long as this piece, so that
     both quadratures have the same error.

@@ -2,7 +2,7 @@
 
 Modes of the rotor may vibrate several times in a piece. Two quantities are therefore computed in closed form: the
 energy D that the dampers take from the motion (`matrix_dampers`), and the work of steady forces f and of magnets with
-gradients k. In a piece, this work is f . (q_1 - q_0) + k (q_1^2 - q_0^2)/2. The spin supplies the power -Omega M to the
+gradients k. In a piece, this work is f^T (q_1 - q_0) + k (q_1^2 - q_0^2)/2. The spin supplies the power -Omega M to the
 damping that rotates with it, so the heat is D - int Omega M dt. The work of the unbalance at a prescribed speed is
 
     int p . v dt = [p . q] - int p' . q dt,
@@ -13,7 +13,7 @@ The power P of seals is known only at the ends of a piece, with its slope (Hermi
 
     int P dt = h (P_0 + P_1)/2 + h^2 (P_0' - P_1')/12
 
-The symmetric part of their stiffness contributes the difference of q . K q/2, with K at the mean speed.
+The symmetric part of their stiffness contributes the difference of q^T K q/2, with K at the mean speed.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class ShaftDamping(NamedTuple):
 
 @noinline_kernel
 def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
-    """Return the torque (J q) . R (v - Omega J q) of the shaft's damping at z, and the seals' power without slopes."""
+    """Return the torque (J q)^T R (v - Omega J q) of the shaft's damping at z, and the seals' power without slopes."""
     if not w.motion.is_damped:
         return ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0)
     n, stages = w.Minv.shape[0], stages_of(w.stages)

@@ -105,7 +105,7 @@ def _touch(matrices: StepMatrices, site: Site, n_terms: int, h: float, earliest:
 
 @kernel
 def _gap(site: Site, journal: Point) -> float:
-    """Return how far (m) a journal is beyond the radius that counts as a touch."""
+    """Return how far (m) a journal is beyond the radius from which it counts as touching."""
     return math.sqrt(journal.x * journal.x + journal.y * journal.y) - (1.0 + BEYOND) * site.clearance
 
 
@@ -150,7 +150,7 @@ def _end_of_mode(site: Site, nodes: Nodes) -> float:
 
 @kernel
 def _end_of_slip(w: Workspace, matrices: StepMatrices, n_terms: int, near: float) -> float:
-    """Return the share close to `near` at which the slip of a sliding site reverses (secant), or else `near`.
+    """Return the share close to `near` at which a sliding site's slip reverses (secant), or `near` if none is found.
 
     Requires the series of the piece, which has `n_terms` terms, up to this share.
     """

@@ -336,7 +336,7 @@ def complete_forces(matrices: StepMatrices) -> None:
 
 @kernel
 def end_piece(w: Workspace, matrices: StepMatrices, level: int, index: float, h: float) -> bool:
-    """Write the end of the piece to z_new, with journals on their circles; return False if that is impossible."""
+    """Write the state at the end of the piece to z_new, with journals on their circles; return False if this fails."""
     piece, stages = piece_of(matrices), stages_of(w.stages)
     z_new, n, ends = stages.z_new, int(matrices.sizes[0].n), piece.ends
     around = levels_around(matrices, level, index)

@@ -46,7 +46,7 @@ def _coefficients(f_0: float, f_1: float, f_2: float, f_3: float) -> tuple[float
 
 @kernel
 def third_difference(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
-    """Return the size of the coefficient of s^3 of the cubic through four values."""
+    """Return the magnitude of the coefficient of s^3 of the cubic through four values."""
     return abs(5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2))
 
 

@@ -11,7 +11,7 @@ from rotor_contact.shaft.structure import REAL
 
 @kernel
 def are_any(a: float, b: float, c: float, d: float) -> bool:
-    """Return whether one of four numbers is not zero."""
+    """Return whether at least one of four numbers is not zero."""
     return a != 0.0 or b != 0.0 or c != 0.0 or d != 0.0
 
 
@@ -143,7 +143,7 @@ def isotropic_combination(x: Array, A: Array, y: Array, turned: Array, first: in
 def isotropic_combination_between(
     x: Array, A: Array, B: Array, share: float, y: Array, turned: Array, first: int, size: int
 ) -> None:
-    """Write the same as `combination_between`, with the bits of `isotropic_combination` for interpolated rows."""
+    """Write the same as `combination_between`, bit-identical to `isotropic_combination` of interpolated rows."""
     rest = 1.0 - share
     for i in range(size):
         y[i] = turned[i] = 0.0
@@ -271,7 +271,7 @@ def isotropic_dots(x: Array, y: Array) -> complex:
 
 @kernel
 def isotropic_dots_between(x: Array, z: Array, share: float, y: Array) -> complex:
-    """Return `isotropic_dots` of (1 - share) x + share z and y, with the same bits."""
+    """Return `isotropic_dots` of (1 - share) x + share z and y, identical in every bit."""
     rest = 1.0 - share
     a = b = c = d = e = f = g = h = 0.0
     i = 0
@@ -300,19 +300,19 @@ def isotropic_dots_between(x: Array, z: Array, share: float, y: Array) -> comple
 
 @kernel
 def triangular_form(A: Array, x: Array, size: int) -> float:
-    """Return x . A x for the first `size` numbers of x, where A is lower triangular and `size` is even."""
+    """Return x^T A x for the first `size` numbers of x, where A is lower triangular and `size` is even."""
     return _form(A, x, size, 1)
 
 
 @kernel
 def quadratic_form(A: Array, x: Array) -> float:
-    """Return x . A x for the first n numbers of x and the first n rows of A, which has n columns; n is even."""
+    """Return x^T A x for the first n numbers of x and the first n rows of A, which has n columns; n is even."""
     return _form(A, x, A.shape[1], 0)
 
 
 @kernel
 def _form(A: Array, x: Array, size: int, triangular: int) -> float:
-    """Return x . A x, eight columns at once; `triangular` is 1 if columns begin at the diagonal, else 0."""
+    """Return x^T A x, eight columns at once; `triangular` is 1 if columns begin at the diagonal, else 0."""
     n = A.shape[1]
     total = rest = 0.0
     i = 0

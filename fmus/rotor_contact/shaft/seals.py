@@ -4,9 +4,9 @@
 
 K = [[k, Q], [-Q, k]] with Q > 0 drives forward whirl. The mass of the seals is included in the mass of the shaft. K and
 C are piecewise cubic in Omega, and constant outside the speeds of a table. Because such a stiffness need not have a
-potential, -v . K q counts as work on the rotor, while v . C v counts as heat. A seal may be anywhere on the shaft. Its
-x and y therefore follow from rows of numbers S, with S q instead of q in (1), and its force f has the effect M^-1 S^T
-f.
+potential, -v^T K q counts as work on the rotor, while v^T C v counts as heat. A seal may be anywhere on the shaft. Its
+x and y are therefore S q, which replaces q in (1), with two rows of numbers S. Its force f causes the acceleration M^-1
+S^T f.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ class Seals(NamedTuple):
     records
         Of type `SEAL`, shape (ranges of speeds, seals).
     rows
-        S, which gives x and y of each seal from the degrees of freedom; below it, in the same order, M^-1 S^T
-        transposed, the accelerations due to unit forces at each seal; shape (4 seals, n).
+        S, which gives x and y of each seal from the degrees of freedom; below it, in the same order, the accelerations
+        due to unit forces at each seal (M^-1 S^T transposed). The shape is (4 seals, n).
     """
 
     records: SealRecords
@@ -107,7 +107,7 @@ def _add_response(seals: Seals, k: int, f_x: float, f_y: float, a: Array, first:
 
 @kernel
 def add_seals(seals: Seals, Omega: float, K_columns: Array, C_columns: Array) -> None:
-    """Add M^-1 S^T K S and M^-1 S^T C S of all seals at a speed (rad/s) to matrices whose row j is column j."""
+    """Add M^-1 S^T K S and M^-1 S^T C S of all seals at a speed (rad/s) to matrices that are stored by columns."""
     for k in range(seals.records.shape[1]):
         s = seal_at(seals, k, Omega)
         x, y = seals.rows[2 * k], seals.rows[2 * k + 1]
@@ -173,7 +173,7 @@ def _missed(value: float, low: float, high: float, share: float) -> float:
 
 @kernel
 def seal_power(seals: Seals, Omega: float, q: Array, v: Array) -> tuple[float, float, float]:
-    """Return the dissipation v . C v of all seals, the power -v . K q of their stiffness, and its skew part (W)."""
+    """Return the dissipation v^T C v of all seals, the power -v^T K q of their stiffness, and its skew part (W)."""
     heat = power = of_skew = 0.0
     for k in range(seals.records.shape[1]):
         s, row_x, row_y = seal_at(seals, k, Omega), seals.rows[2 * k], seals.rows[2 * k + 1]
@@ -186,7 +186,7 @@ def seal_power(seals: Seals, Omega: float, q: Array, v: Array) -> tuple[float, f
 
 @kernel
 def add_seal_forms(seals: Seals, Omega: float, y: Array, n: int, heat: Array, work: Array) -> None:
-    """Add the symmetric matrices of the dissipation, and of the power of the skew stiffness, times y = (q, v)."""
+    """Add to `heat` and `work` the symmetric matrices of dissipation and skew-stiffness power times y = (q, v)."""
     for k in range(seals.records.shape[1]):
         s, row_x, row_y = seal_at(seals, k, Omega), seals.rows[2 * k], seals.rows[2 * k + 1]
         x, y_, v_x, v_y = _product(row_x, y, 0), _product(row_y, y, 0), _product(row_x, y, n), _product(row_y, y, n)
@@ -213,7 +213,7 @@ def slopes_of_seal_power(seals: Seals, Omega: float, q: Array, v: Array, a: Arra
 
 @kernel
 def stored_by_seals(seals: Seals, Omega: float, q: Array) -> float:
-    """Return q . K q/2 (J) of all seals, without the contribution of the skew stiffness."""
+    """Return q^T K q/2 (J) of all seals, without the contribution of the skew stiffness."""
     energy = 0.0
     for k in range(seals.records.shape[1]):
         s = seal_at(seals, k, Omega)

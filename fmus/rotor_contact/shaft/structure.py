@@ -54,7 +54,7 @@ class Structure(NamedTuple):
     n_thrust, mass
         Number of discs of axial bearings (0 or 1), and the mass (kg) with which the rotor moves along its shaft.
     n_faces
-        Number of faces that stop the rotor along its shaft.
+        Number of faces that limit the rotor's axial motion.
     valid_to
         Frequency (rad/s) up to which the natural frequencies match the full model; infinite if unknown.
     forms

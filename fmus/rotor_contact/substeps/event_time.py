@@ -71,7 +71,7 @@ def indicator(sites: Sites, z: Array, n: int, Omega: float) -> float:
 
 @kernel
 def locate_event(w: Workspace, tau: float, dt: float) -> float:
-    """Return the length (s), in (0, dt], of the substep that ends on the first event; write its end to z_new.
+    """Return the length (s), in (0, dt], of the substep that ends on the first event; write its last state to z_new.
 
     The last substep must have had the length `dt` and contain an event. The method is regula falsi after Anderson and
     Bjoerck for every indicator. It begins with a value that is at least `EVENT_OFFSET` below zero. The time of a

@@ -149,7 +149,7 @@ def collect_last_substep(w: Workspace) -> None:
 
 @kernel
 def velocity_error(w: Workspace, dt: float) -> float:
-    """Estimate the velocity error (m/s) of the last substep: the largest error of any plane or other body.
+    """Estimate the velocity error (m/s) of the last substep: the largest error among all planes and bodies.
 
     An embedded third-order formula uses the derivative at the end instead of the last stage; the estimate is the
     difference, dt/6 (k_4 - k_new).

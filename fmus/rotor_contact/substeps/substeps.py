@@ -94,7 +94,7 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
     Substeps are at most `solver.max_substep` long, shorter during fast whirl, and end on events. They are halved, up to
     `MAX_HALVINGS` times, while the error of their velocities exceeds `solver.tolerance` (m/s). `memory.n_halvings`
     stores the number of halvings for the next step; `memory.tolerance_missed` is set if `MAX_HALVINGS` halvings were
-    not sufficient. More than `MAX_SUBSTEPS` substeps are a fault, so that every step ends.
+    not sufficient. More than `MAX_SUBSTEPS` substeps cause a fault, so every step ends.
     """
     n = w.n
     stages = stages_of(w.stages)

@@ -183,7 +183,7 @@ CONSTRAINT = 0
 
 
 def _formula_from(number: int) -> Law:
-    """Return a function that evaluates the law of a site, provided that the law's number is at least `number`."""
+    """Return a function that evaluates a site's law, for laws whose numbers are at least `number`."""
     formula = COMPLIANT[number - 1][0]
     if number == len(COMPLIANT):
         return formula

@@ -1,4 +1,4 @@
-"""Variables of a face that stops the rotor along its shaft."""
+"""Variables of a face that limits the rotor's axial motion."""
 
 from __future__ import annotations
 

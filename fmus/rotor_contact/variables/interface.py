@@ -1,4 +1,4 @@
-"""Variable table of the plant, which follows from the planes of its rotor."""
+"""Variable table of the plant, derived from the planes of its rotor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The rotor's planes with plant variables: discs, bearings, contact sites and sensors."""
+"""The rotor's planes that have variables in the plant: discs, bearings, contact sites and sensors."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Any
 class ContactSite:
     """A contact site: start values of its clearance and journal radius (m).
 
-    `bearing` is the bearing whose retainer the site is, `stator` the bearing whose stator bore it is, and `sensor` the
-    sensor plane at the same position, if any. `z` is its position on the shaft (m).
+    `bearing` names the bearing if the site is its retainer, and `stator` names it if the site is its stator bore.
+    `sensor` names the sensor plane at the same position, if any. `z` is the position of the site (m).
     """
 
     name: str
@@ -35,7 +35,7 @@ class MeasuredPlane:
 
 @dataclass(frozen=True)
 class Face:
-    """A face that stops the rotor along its shaft: start values of its clearance and mean radius (m).
+    """A face that limits the rotor's axial motion: start values of its clearance and mean radius (m).
 
     `retainer` is the contact site on whose retainer the face lands, if any.
     """
@@ -66,13 +66,13 @@ class Planes:
         For each bearing, sensor plane or site, by name: the sites whose journals move it while the rest of the rotor is
         fixed.
     mixes_axes
-        Whether a steady load in x deflects the rotor in y, by damping that rotates with the shaft or by seals.
+        Whether a steady load in x deflects the rotor in y, due to damping that rotates with the shaft or due to seals.
     seals
         Names of the seals and passive bearings whose coefficients depend on the speed.
     thrust
         Name of the disc of an axial bearing; without one the rotor does not move along its shaft.
     faces
-        Faces that stop the rotor along its shaft.
+        Faces that limit the rotor's axial motion.
     loss_factor
         Loss factor of the shaft, whose damping the constants contain as viscous damping; 0 if there is none.
     implausible

@@ -53,7 +53,7 @@ class Parameters(NamedTuple):
 class Inputs(NamedTuple):
     """Single inputs as a record of type `INPUTS`, in an array of length 1; records of axes, discs and bearing cores.
 
-    Axes alternate x and y of each bearing. `thrust` contains one record of the motion along the shaft, or none.
+    The axes are x and y of each bearing in turn. `thrust` contains one record of the motion along the shaft, or none.
     """
 
     scalars: Records
@@ -90,7 +90,7 @@ def n_parameters(structure: Structure) -> int:
 
 @views
 def first_disc_input(structure: Structure) -> int:
-    """Return the position of the input that follows those of the bearings' axes."""
+    """Return the position of the first input after the inputs of the bearings' axes."""
     return N_INPUTS + 2 * structure.bearings.shape[0] * N_AXIS
 
 

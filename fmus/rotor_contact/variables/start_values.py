@@ -3,7 +3,7 @@
 A modelDescription declares them as InitialUnknowns, which importers use to solve for start values. A missing dependency
 is an error; an unnecessary one only costs time.
 
-If the rotor starts at rest in the centre, only quantities relative to the retainers depend on anything. If the rotor
+If the rotor starts at rest in the centre, only quantities relative to the retainers have dependencies. If the rotor
 starts on its orbit, it is deflected by steady loads and whirls due to unbalance; each journal that is beyond its
 clearance is moved back individually. Contact forces then depend on everything that accelerates the rotor, including
 magnetic bearing forces.
@@ -78,10 +78,10 @@ def sliding(planes: Planes) -> tuple[str, ...]:
 
 
 def sliding_contact(planes: Planes) -> tuple[str, ...]:
-    """Return the dependencies of a whirling journal's contact state; a single contact opens regardless of friction."""
+    """Return the dependencies of a whirling journal's contact state; with a single site they exclude friction."""
     return sliding(planes) if len(planes.sites) > 1 else (*strain(planes), "sites[*].law", *FREE_SPIN, *MAGNETS)
 
 
 def forces(planes: Planes) -> tuple[str, ...]:
-    """Return the dependencies of the contact forces; without spin and whirl, the contacts roll."""
+    """Return the dependencies of the contact forces; race inertias matter if contacts roll (no spin, no whirl)."""
     return (*sliding(planes), "sites[*].race_inertia")

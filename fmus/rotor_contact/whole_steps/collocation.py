@@ -12,7 +12,7 @@ v_j is linear in x and in all forces (S). The equations of all sites and points 
 directions n_j, which depend on the displacements q_j and hence on the forces. They are solved repeatedly until the
 directions converge. Each sweep includes the rotation of the directions with the displacements,
 
-    n_j . v_j + (t_j . v_j/c) t_j . (q_j - q_j_before) = 0        (1)
+    n_j . v_j + (t_j . v_j/c) (q_j - q_j_before) . t_j = 0        (1)
 
 which saves a sweep. The journals are not constrained to their circles at the inner points. The distance of a journal
 from its circle at these points measures the error; the error at the end of the step is much smaller.

@@ -86,7 +86,7 @@ def _can_be_whole(w: Workspace, matrices: StepMatrices, in_contact: bool) -> boo
 
 @noinline_kernel
 def _keep_contact(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> bool:
-    """Write the end of a step in contact to z_new; return False if the contact may change in it."""
+    """Write the state at the end of a step in contact to z_new; return False if the contact may change in the step."""
     stages = stages_of(w.stages)
     if not find_forces(w, matrices, whole):
         return False

@@ -26,7 +26,7 @@ OF_END = tuple(-s * s * (1.0 - s) for s in LOBATTO_POINTS[1:])
 
 @kernel
 def fly(w: Workspace, matrices: StepMatrices, whole: WholeStep, h: float) -> bool:
-    """Write the end of a step of length h (s) without contact to z_new; return False if the result is not accurate."""
+    """Write the state after a step of h (s) without contact to z_new; return False if the result is not accurate."""
     stages, n = stages_of(w.stages), int(matrices.sizes[0].n)
     x, end, held = whole.x, whole.end, first_held(matrices) + matrices.gradients.shape[0]
     row_combination(x[:held], whole.F, end, 2 * n + 2)

@@ -4,9 +4,10 @@
 
 f are the magnet forces for the gradients in the matrices (`constant_speed`); they are held over the step. d_j are their
 changes at the later Lobatto points if the present gradients differ from these (`flight`), and c_j are the contact
-forces of all sites at Lobatto point j (`collocation`). A w_A + B w_B is the work of the unbalance (`piece_energy`), x .
-H x the heat of all damping, x . G x the work of the spin and of seals (`matrix_dampers`, `matrix_powers`). S observes
-each site: its acceleration without contact at both ends, and its position and velocity at the later Lobatto points.
+forces of all sites at Lobatto point j (`collocation`). A w_A + B w_B is the work of the unbalance (`piece_energy`), x^T
+H x the heat of all damping, and x^T G x the work of the spin and of seals (`matrix_dampers`, `matrix_powers`). S
+observes each site: its acceleration without contact at both ends, and its position and velocity at the later Lobatto
+points.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ def _sum_form(matrices: StepMatrices, form: Array, target: Array, adds: bool, is
 
 @kernel
 def _sum_motion(matrices: StepMatrices, level: Level, whole: WholeStep, row: int) -> None:
-    """Write the state at the end and the observations before it."""
+    """Write the final state due to a row, and the observations at the start and at the later Lobatto points."""
     n, n_ports = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports)
     motion = whole.F[row]
     motion[: 2 * n] = 0.0

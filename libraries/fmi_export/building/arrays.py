@@ -2,9 +2,9 @@
 
 Variables that are named after a component remain scalars in FMI 3.0, because users connect bearing axes, discs and
 contact sites one by one and look them up by name (`seal.f_n`). Numbered variables and matrices become arrays. Examples
-are the sensor signals (for which plant and controller then need one connection), the weights and scales of the sensors,
-the sensor planes, and the identified receptance. The elements of an array are consecutive in the table, row by row, so
-the array is a slice of the model's flat arrays.
+are the sensor signals (which a single connection then takes from the plant to the controller), the weights and scales
+of the sensors, the sensor planes, and the identified receptance. The elements of an array are consecutive in the table,
+row by row, so the array is a slice of the model's flat arrays.
 
 The value reference of a variable is its position in the table; an array has the reference of its first element. For
 hosts that read one value per reference, `without_arrays` returns a model in which each element is a variable, as in FMI
@@ -43,7 +43,7 @@ class Slot:
 
 
 def without_arrays(model: Model) -> Model:
-    """Return a model that has no arrays in FMI 3.0, but the names and references of FMI 2.0."""
+    """Return a model that has no arrays in FMI 3.0, but has the names and references of FMI 2.0."""
     variables = tuple(replace(v, array=None) for v in model.interface.variables)
     return replace(model, interface=Interface(variables))
 
@@ -68,7 +68,7 @@ def slots(table: Interface) -> list[Slot]:
 
 
 def lengths(table: Interface) -> list[int]:
-    """Return the number of values at each value reference: 1, the size of an array, or 0 within an array."""
+    """Return the number of values at each reference: 1 for a scalar; for an array, its size at the first and then 0."""
     result = [0] * len(table.variables)
     for slot in slots(table):
         result[slot.reference] = len(slot.variables)

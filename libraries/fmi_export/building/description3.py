@@ -44,7 +44,7 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
 
 
 def variable_notes(table: Interface) -> bytes:
-    """Return the file `NOTES`: warnings, rules over a step, and FMI 2.0's names and descriptions of array elements.
+    """Return the file `NOTES` with warnings, rules over a step, and FMI 2.0 names and descriptions of array elements.
 
     The notes are listed by the names of the variables. They are not written as annotations, because FMI Library reports
     annotations of FMI 3.0 as unknown.

@@ -1,6 +1,6 @@
-"""An experiment with reference results, stored in an FMU, with which importers can be checked.
+"""Experiments with reference results, which are stored in FMUs for checking importers.
 
-The files are placed as FMI-LS-REF 1.0.0-alpha.1 specifies (github.com/modelica/fmi-ls-ref), in the Modelica
+The files are placed as FMI-LS-REF 1.0.0-alpha.1 specifies (github.com/modelica/fmi-ls-ref), and have the Modelica
 Association's format for experiments (github.com/modelica/ma-hs-experiments):
 
     extra/org.fmi-standard.fmi-ls-ref/

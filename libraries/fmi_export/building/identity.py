@@ -1,4 +1,4 @@
-"""Digests of the sources of an FMU; its guid changes only if they change."""
+"""Digests of the sources of an FMU; its guid changes only if the sources change."""
 
 from __future__ import annotations
 

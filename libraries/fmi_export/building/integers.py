@@ -1,4 +1,4 @@
-"""Copies an FMU for hosts without Enumerations: ecos ignores values of that type, libcosim ignores the variables."""
+"""Copies an FMU for hosts that ignore Enumerations: ecos ignores the values, and libcosim ignores the variables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers with separators in texts, such as `12,000`, which is twelve thousand in some countries, twelve in others."""
+"""Numbers with separators in texts, such as `12,000`, which in some countries is twelve thousand, in others twelve."""
 
 from __future__ import annotations
 

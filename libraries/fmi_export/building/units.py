@@ -142,7 +142,7 @@ DISPLAYED = {
 
 
 def display_unit(unit: str, name: str) -> dict[str, float]:
-    """Return the `factor` of a display unit and its `offset`, if any, by which values in `unit` are converted to it.
+    """Return the `factor` and, if needed, the `offset` that convert values in `unit` to a display unit.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def display_unit(unit: str, name: str) -> dict[str, float]:
 
 @cache
 def registry(numbers: type = Fraction) -> pint.UnitRegistry:  # type: ignore[type-arg]
-    """Return pint's units, with `Ohm`, `Torr` and the SI's gauss added; they calculate with this type of number."""
+    """Return pint's units, with `Ohm`, `Torr` and the SI's gauss added; conversions use numbers of the given type."""
     import pint
 
     units: pint.UnitRegistry = pint.UnitRegistry(non_int_type=numbers)  # type: ignore[type-arg]
@@ -312,7 +312,7 @@ def _as_weights(unit: str, forces: Mapping[str, str]) -> str:
 
 
 def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, what: str) -> float:
-    """Convert `exact` to `unit`, or `number` if pint requires a float, as it does for logarithmic units (dB)."""
+    """Convert `exact` to `unit`; if pint requires a float, as for logarithmic units (dB), convert `number` instead."""
     import pint
 
     def converted(value: float | Fraction) -> float | Fraction:

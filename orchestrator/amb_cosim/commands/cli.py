@@ -21,7 +21,7 @@ class Commands(PackCommands):
     """Commands that end with a message and an exit code on Ctrl-C and SIGTERM."""
 
     def main(self, *args: Any, **options: Any) -> Any:
-        """Run a command, and keep the text that it prints from controlling the terminal."""
+        """Run a command so that the text that it prints cannot control the terminal."""
         with printable_streams():
             return super().main(*args, **options)
 

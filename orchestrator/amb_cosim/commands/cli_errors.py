@@ -82,4 +82,4 @@ def raise_failure(outcome: Outcome, folder: Path) -> None:
     """Raise an error with the cause if a run ended early."""
     if outcome.failure is not None:
         failed = interrupted if outcome.status == "interrupted" else Failed
-        raise failed(f"{outcome.failure}; the record until then is in {folder}")
+        raise failed(f"{outcome.failure}; the record up to that time is in {folder}")

@@ -31,7 +31,7 @@ NUMBERED = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
     "flavours",
     multiple=True,
     metavar="[N:]native|python",
-    help="Flavour of FMUs of all runs, or of the Nth.",
+    help="FMU flavour of all runs, or of the Nth.",
 )
 @UNTIL
 @output("Folder; default: results/comparison.")

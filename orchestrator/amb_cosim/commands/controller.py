@@ -27,7 +27,7 @@ def controller() -> None:
 @output("Output, .npz or .mat; default: FILE_controller.npz.")
 @click.option("--inputs", metavar="NAMES", help="Measured signals, comma-separated; default: the file's.")
 @click.option("--outputs", metavar="NAMES", help="Demands, comma-separated; default: the file's.")
-@click.option("--sample-time", type=TIME, metavar="TIME", help="Sample time for a continuous law, such as 100us.")
+@click.option("--sample-time", type=TIME, metavar="TIME", help="Sample time, such as 100us, for a continuous law.")
 def import_arrays(
     file: Path, output: Path | None, inputs: str | None, outputs: str | None, sample_time: str | None
 ) -> None:

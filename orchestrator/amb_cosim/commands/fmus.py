@@ -25,7 +25,7 @@ SYSTEM = "levitated"  # assembled if no scenario is named
     is_flag=False,
     flag_value=SYSTEM,
     metavar="[SCENARIO]",
-    help="One FMU of all components of a scenario; by default those of the system `levitated`.",
+    help="Build one FMU of all components of a scenario or, by default, of the system `levitated`.",
 )
 @click.option("--scenario", metavar="SCENARIO", help="Use a scenario's values as start values.")
 @click.option(
@@ -95,7 +95,7 @@ def build(
 @RECEPTANCES
 @FLAVOUR
 @PLATFORMS
-@click.option("--connectors", is_flag=True, help="Add system connectors for inputs (not for libcosim).")
+@click.option("--connectors", is_flag=True, help="Add system connectors for inputs; libcosim refuses them.")
 @click.option("--integers", is_flag=True, help="Describe Enumerations as Integers, for libcosim and ecos.")
 def export_ssp(name: str, output: Path | None, **options: Any) -> None:
     """Write a scenario with its FMUs as an SSP archive.

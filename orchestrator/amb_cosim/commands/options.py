@@ -1,4 +1,4 @@
-"""Shared options, each named like the argument to which its value is passed."""
+"""Shared options; each has the name of the argument to which its value is passed."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def parse_settings(settings: Iterable[str]) -> dict[str, str]:
     """Return the values in `component.variable=value` texts by variable; the last text for a variable applies.
 
     The name of a variable, and the value of a String, may contain a `=`. A text with several `=` is first divided at
-    the last one; `Assignments.set` then finds where the name really ends.
+    the last one; `Assignments.set` then finds the actual end of the name.
     """
     parsed = {}
     for text in settings:
@@ -82,7 +82,7 @@ def _is_number(text: str) -> bool:
 
 
 class WithUnit(click.ParamType):  # type: ignore[type-arg]  # generic in later versions alone
-    """One or several quantities, separated by commas, each with a unit: a plain number could be in rpm or rad/s.
+    """One or several quantities, separated by commas; each needs a unit, as a plain number could be in rpm or rad/s.
 
     `parts` is the function that separates the quantities.
     """
@@ -162,7 +162,7 @@ PLATFORMS = click.option(
     "platforms",
     metavar="NAMES",
     callback=lambda _context, _option, text: text and [name.strip() for name in text.split(",")],
-    help="Comma-separated platforms, or all; default: this one's.",
+    help="Comma-separated platforms, or all; default: this platform.",
 )
 FMI = click.option(
     "--fmi",
@@ -170,7 +170,7 @@ FMI = click.option(
     default="2",
     show_default=True,
     callback=lambda _context, _option, text: int(text),
-    help="Version of FMI: 2.0, or 3.0 for native FMUs.",
+    help="FMI version: 2.0, or 3.0 (native FMUs only).",
 )
 RECEPTANCES = click.option(
     "--receptances",

@@ -17,7 +17,7 @@ TABLES = (".csv", ".mat")
 @click.command()
 @click.argument("result", type=click.Path(path_type=Path))
 @click.argument("variables", nargs=-1, required=True, metavar="VARIABLE...")
-@output("File .png, .pdf, .svg, .csv or .mat; default: name of the figure, or traces.png, in the result folder.")
+@output("Output file (.png, .pdf, .svg, .csv or .mat); default: FIGURE.png or traces.png in the result folder.")
 @click.option("--begin", metavar="MOMENT", help="Start time, 0.3 (s) or 'cycle 5'.")
 @click.option("--until", metavar="MOMENT", help="Last moment.")
 @UNITS
@@ -48,7 +48,7 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
                     f"--begin and --until cannot be used with the figure {name}; they apply only to variables"
                 )
             if name and (left_out := finite_signals(run.signals)[1]):
-                click.echo(f"amb-cosim: {result}: some signals are not drawn: {not_finite(left_out)}", err=True)
+                click.echo(f"amb-cosim: {result}: some signals are not plotted: {not_finite(left_out)}", err=True)
             drawn = figure(run.signals, name) if name else run.plot(*variables, begin=begin, until=until)
             write_figure(drawn, path)
     click.echo(f"{'table' if suffix in TABLES else 'figure'} in {path}")

@@ -53,9 +53,9 @@ def print_result(result: Printed, as_json: bool) -> None:
 
 
 def warn_of_sizes(rotor: RotorSource) -> tuple[str, ...]:
-    """Print warnings of implausible sizes of a rotor to standard error, and return them; there are none for None.
+    """Print warnings of a rotor's implausible sizes to standard error, and return them; do nothing without a rotor.
 
-    Commands call this before they compute with the rotor. A prepared run also lists these warnings among its own.
+    Commands call this before they compute with the rotor. A prepared run includes these warnings in its own list.
     """
     if rotor is None:
         return ()

@@ -20,14 +20,14 @@ def rotor() -> None:
 @rotor.command("import")
 @click.argument("model", type=click.Path(path_type=Path))
 @output("Rotor file; default: MODEL_rotor.toml.")
-@click.option("--frequency", type=FREQUENCY, help="Whirl frequency at which coefficients are frozen: 100 Hz.")
+@click.option("--frequency", type=FREQUENCY, help="Whirl frequency at which coefficients are frozen, such as 100 Hz.")
 def import_model(model: Path, output: Path | None, frequency: str | None) -> None:
     """Convert a rotor saved by ROSS to a rotor file.
 
     MODEL is the TOML file that ROSS saved. ROSS need not be installed. If MODEL has magnetic bearings under PID
     control, a controller file and a scenario in which these bearings levitate the rotor are also written. Other
-    coefficients that depend on the whirl frequency require --frequency, because those in rotor files depend only on the
-    spin speed.
+    coefficients that depend on the whirl frequency require --frequency, because coefficients in rotor files depend only
+    on the spin speed.
     """
     import tomli_w
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 FOLDER = output("Folder for the results; default: results/NAME, or results/FOLDER_NAME for a file FOLDER/NAME.toml.")
 AUTOSAVE = """Time between automatic checkpoints; 0 saves none."""
 AUTOSAVED = "autosave.npz"
-STEP = click.option("--step", metavar="TIME", help="Communication step of an SSP archive that has none (1ms).")
+STEP = click.option("--step", metavar="TIME", help="Communication step, such as 1ms, of an SSP archive without one.")
 
 
 @click.command()
@@ -127,7 +127,7 @@ def _save(result: Result, moment: str, folder: Path) -> str:
 @click.argument("system_file", type=click.Path(path_type=Path))
 @SETTINGS
 @FOLDER
-@click.option("--until", metavar="TIME", help="End time of an SSP archive, 0.3 (s) or 300ms.")
+@click.option("--until", metavar="TIME", help="End time for an SSP archive: 0.3 (s) or 300ms.")
 @STEP
 @ROTOR
 @FLAVOUR

@@ -79,7 +79,7 @@ class Comparison:
         return [side.result for side in self.sides]
 
     def text(self, whole: bool = False) -> list[TextBlock]:
-        """Return the verdicts, a table of the facts of each run below them, and lines about the signals.
+        """Return the verdicts, followed by a table of the facts of each run, and lines about the signals.
 
         With `whole`, the outcomes and the table of all quantities with their differences are also included.
         """

@@ -177,7 +177,7 @@ def _times(run: Signals, changing: bool) -> Array:
 
 
 def _is_changing(runs: Runs) -> bool:
-    """Return whether the speed of any run changes, in which case all runs are drawn over time."""
+    """Return whether the speed of any run changes; the time axis of all runs is then in seconds."""
     return any(speed_changes(run) for run in runs.values())
 
 
@@ -195,7 +195,7 @@ def _first_impacts(runs: Runs) -> tuple[float, float] | None:
 def _along_the_run(
     runs: Runs, names: list[str], title_in: Callable[[Signals, str], str], draw: Callable[[Axes, str], None]
 ) -> tuple[Figure, NDArray[np.object_]]:
-    """Return a figure with a panel for each name, drawn over cycles (or time, if a speed varies), and its columns.
+    """Return a figure with a panel for each name, and its columns; time is in cycles, or in s if a speed varies.
 
     If the rotor falls in any run, a second column enlarges the first impacts.
     """

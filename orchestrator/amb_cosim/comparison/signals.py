@@ -15,7 +15,7 @@ MOST_NAMES = 6  # most names in a printed list
 
 @dataclass(frozen=True)
 class LargestDifference:
-    """Largest difference between a signal and the same signal of the first run, in its unit, and its cycle."""
+    """Largest difference of a signal from the same signal of the first run, in its unit, and the cycle of the value."""
 
     signal: str
     unit: str
@@ -25,7 +25,7 @@ class LargestDifference:
 
 @dataclass(frozen=True)
 class AgainstFirst:
-    """Comparison of a run with the first run over the samples that both have at the same times.
+    """Comparison of a run with the first run at the times at which both have samples.
 
     label
         The run.

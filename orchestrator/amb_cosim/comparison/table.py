@@ -67,7 +67,7 @@ def verdicts_and_facts(labels: Sequence[str], summaries: Sequence[Summary]) -> l
 
 
 def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
-    """Return a table with a column for each run; differences from the first run stand next to the other values.
+    """Return a table with a column for each run and, except for the first, a column of differences from the first.
 
     Quantities that are zero in all runs are left out.
     """
@@ -111,7 +111,7 @@ def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
 
 
 def _whirl_speeds(summary: Summary) -> dict[str, float | None]:
-    """Return the mean whirl speed at each site (rad/s); it is also None where a fallen rotor swings or lies still."""
+    """Return the mean whirl speed at each site (rad/s); it is None at sites where a fallen rotor did not whirl."""
     fallen = {} if summary.touchdown is None else summary.touchdown.retainers
     still = {site for site, item in fallen.items() if item.whirl == "none"}
     return {site: None if site in still else speed for site, speed in summary.whirl_speed.items()}
@@ -138,7 +138,7 @@ def _cell(value: Value) -> str:
 
 
 def _change(row: ComparedValue, run: int) -> str:
-    """Return a run's difference from the first run: in percent, or for shares and cycles as an absolute difference."""
+    """Return a run's difference from the first run, in percent; for shares and cycles, the difference is absolute."""
     difference, first = row.differences[run], row.values[0]
     if difference is None or isinstance(first, bool | str | None):
         return ""

@@ -120,5 +120,5 @@ def _number(content: Mapping[str, Any], name: str, default: float) -> float:
 def _names(key: str, value: Any) -> list[str]:
     names = np.ravel(value)
     if names.dtype.kind != "U":
-        raise ValueError(f"{key} is not allowed; it must be names")
+        raise ValueError(f"{key} is not allowed; it must contain names")
     return [name.strip() for name in names.tolist()]

@@ -52,7 +52,7 @@ Gains = Annotated[tuple[tuple[Value, float], ...], Field(min_length=1, max_lengt
 
 
 class Channel(Table):
-    """Blocks in series from a signal to a demand, or a copy of them from each of several signals to its own demand."""
+    """Blocks in series from a signal to a demand; each of several signals has its own copy and its own demand."""
 
     from_: Annotated[str | Names, Field(alias="from")]
     to: str | Names

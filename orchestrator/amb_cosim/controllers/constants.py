@@ -70,7 +70,7 @@ def _with_blocks(
 
 
 def _cheapest(matrices: Array, rows: Sequence[tuple[int, int]], columns: Sequence[tuple[int, int]]) -> list[Block]:
-    """Return blocks that cover all nonzero entries: one, or one per pair of ranges, whichever costs less."""
+    """Return blocks that cover all nonzero entries: one block, or one per pair of ranges, whichever costs less."""
     if not rows or not columns:
         return []
     filled = np.any(matrices != 0.0, axis=0)
@@ -90,7 +90,7 @@ def _filled(filled: Bools, rows: tuple[int, int], columns: tuple[int, int]) -> l
 
 
 def _joined(sizes: Sequence[int]) -> list[int]:
-    """Return the sizes of groups; for least cost, neighbours are joined to groups of n states with n^2 <= OVERHEAD."""
+    """Return the sizes of groups; to save cost, neighbours are joined into groups of n states with n^2 <= OVERHEAD."""
     joined: list[int] = []
     for size in sizes:
         if joined and (joined[-1] + size) ** 2 <= OVERHEAD:

@@ -5,7 +5,8 @@
     zoh, foh         the response to a signal that is held or linear between samples
     euler            s -> (z - 1)/T
     backward_diff    s -> (z - 1)/(T z)
-    matched          poles and zeros by z = exp(s T), equal as s -> 0 (`_matched`); only for one signal and one demand
+    matched          poles and zeros mapped by z = exp(s T); the laws are equal as s -> 0 (`_matched`);
+                     only for one signal and one demand
     impulse          the impulse response
 
 Balancing scales the states by powers of two until the rows and columns of A have similar norms. Rounding errors, which

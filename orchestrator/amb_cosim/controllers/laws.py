@@ -101,7 +101,7 @@ def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
 
     Each section has two zeros and two poles, because a polynomial of high order would lose digits. A section with n
     poles and m zeros has the gain a^((n - m)/n), where a is the product of the magnitudes of its poles, so that the
-    signals between sections are of similar size. The remaining factor of k belongs to the first section. If the first
+    signals between sections are of similar size. The first section also has the remaining factor of k. If the first
     section had the whole factor k, the states of a low-pass of order 8 would differ by a factor of 1e26, and frequency
     responses would have no correct digit.
     """
@@ -159,7 +159,7 @@ def in_series(first: Law, then: Law) -> Law:
 
 
 def side_by_side(laws: Sequence[Law]) -> Law:
-    """Return independent laws as one with block-diagonal matrices."""
+    """Return independent laws as one law with block-diagonal matrices."""
     from scipy.linalg import block_diag
 
     return Law(*(block_diag(*(getattr(law, name) for law in laws)) for name in "ABCD"))

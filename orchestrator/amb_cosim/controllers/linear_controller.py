@@ -343,8 +343,8 @@ def _starts(ports: Ports, gains: Any, offsets: Any, limits: Any, delay: float) -
         pairs = np.asarray(limits, dtype=np.float64)
         if pairs.shape not in ((2,), (len(ports.demands), 2)):
             raise ValueError(
-                f"limits of shape {pairs.shape} are not allowed; state (lower, upper) in A, once for "
-                "all demands or once for each"
+                f"limits of shape {pairs.shape} are not allowed; give (lower, upper) in amperes, once for "
+                "all demands or once for each demand"
             )
         settings |= {"lower": pairs[..., 0], "upper": pairs[..., 1]}
     for name, values in settings.items():

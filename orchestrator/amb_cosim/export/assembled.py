@@ -93,8 +93,8 @@ def levitated_rotor(
 def assembled(plan: Plan, made: Mapping[str, Made]) -> Made:
     """Return the model of a planned system, with the models in `made` as its components, and the model's constants.
 
-    Steps are divided at the samples if exactly one component has a sample time, and otherwise at the communication
-    step.
+    If exactly one component has a sample time, steps are divided at the samples; otherwise, they are divided into
+    communication steps.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Plans of runs of models before FMUs are built, with start values from a scenario or a system file."""
+"""Plans for running models, made before FMUs are built, with start values from a scenario or a system file."""
 
 from __future__ import annotations
 

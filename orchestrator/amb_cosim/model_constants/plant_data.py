@@ -48,7 +48,7 @@ def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Mode
     ------
     ValueError
         If the rotor has no bearing, cannot be reduced as its file requires (`reduced_rotor`), or has seals with a mass
-        that the plant does not support (`constant_mass`). Also as for `stator_bores`.
+        that the plant does not support (`constant_mass`). The errors of `stator_bores` are also raised.
     """
     rotor = rotor or load_rotor()
     structure, planes = plant_structure(rotor, stators)
@@ -201,7 +201,7 @@ def _accurate_to(rotor: Rotor) -> float:
 
 
 def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:
-    """Return, for each site, bearing and sensor, the sites whose displacements alone move it."""
+    """Return the sites whose displacements contribute to the displacement of each site, bearing and sensor."""
     rows = dict(zip((site.name for site in planes.sites), structure.sites.astype(int), strict=True))
     unit = np.eye(len(structure.K))
     weights = {name: unit[row] for name, row in rows.items()}

@@ -232,7 +232,7 @@ def _as_matrix(value: object) -> Array:
     numbers = [number for row in rows for number in row]
     finite = all(type(number) in (int, float) and math.isfinite(number) for number in numbers)
     if not numbers or len({len(row) for row in rows}) != 1 or not finite:
-        raise ValueError("it must be rows of equal length with finite numbers")
+        raise ValueError("it must consist of rows of equal length with finite numbers")
     return np.array(value, dtype=np.float64)
 
 
@@ -253,13 +253,13 @@ class _Receptance:
     def __post_init__(self) -> None:
         if self.real.shape != self.imaginary.shape:
             raise ValueError(
-                f"real is {_shape(self.real)} and imaginary {_shape(self.imaginary)}; the sizes must be equal"
+                f"real has {_shape(self.real)}, but imaginary has {_shape(self.imaginary)}; the sizes must be equal"
             )
         if (self.inner_real is None) != (self.inner_imaginary is None):
             raise ValueError("inner_real and inner_imaginary must both be set, or neither")
         for name, matrix in (("inner_real", self.inner_real), ("inner_imaginary", self.inner_imaginary)):
             if matrix is not None and matrix.shape != self.real.T.shape:
-                raise ValueError(f"{name} is {_shape(matrix)}; it must be {_shape(self.real.T)}, axes by sensors")
+                raise ValueError(f"{name} has {_shape(matrix)}; it must have {_shape(self.real.T)}, axes by sensors")
         with errors_in(f"at {self.speed:g} rad/s"):
             inverse_receptance(self.receptance)
 
@@ -302,7 +302,7 @@ class _ReceptanceFile:
                 )
         keys = [(entry.order, entry.speed) for entry in self.receptance]
         if keys != sorted(set(keys)):
-            raise ValueError("the receptances must be listed by ascending order, and by ascending speed for each order")
+            raise ValueError("the receptances must be sorted by harmonic order and, for each order, by ascending speed")
 
 
 def _shape(matrix: Array) -> str:

@@ -66,7 +66,7 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
     Raises
     ------
     ValueError
-        As for `control_loop`. Also if the table has no entry, or has other sensors or axes than the rotor.
+        As for `control_loop`, or if the table has no entry, or has other sensors or axes than the rotor.
     """
     rotor = rotor or load_rotor()
     loop = control_loop(rotor)

@@ -27,7 +27,7 @@ class PrintableConsole(Console):
         Console.file.fset(self, stream)  # type: ignore[attr-defined]
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Return a text with control characters shown, before its width is measured and its lines are wrapped."""
+        """Show the control characters in a text before its width is measured and its lines are wrapped."""
         return super().render_str(printable(text), **options)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:

@@ -1,4 +1,4 @@
-"""Units of figures, tables and pages: unless chosen, rpm for speeds, Hz for frequencies, and others by size.
+"""Units of figures, tables and pages: by default rpm for speeds, Hz for frequencies, and other units by magnitude.
 
 Figures, tables and pages all use this module, so one choice applies to a whole command or notebook.
 """
@@ -75,8 +75,8 @@ class units:  # used as a function, and in `with`
     ----------
     names
         `rad/s`, `Hz` or `rpm` for speeds and frequencies, `mm`, `um` or `m` for lengths, `N` or `kN` for forces. A
-        quantity for which no unit is named keeps its default: rpm for speeds, Hz for frequencies, and a unit by size
-        for lengths and forces.
+        quantity for which no unit is named keeps its default: rpm for speeds, Hz for frequencies, and a unit that suits
+        the values for lengths and forces.
 
     Raises
     ------

@@ -1,12 +1,12 @@
 """Normal contact force at a site over a run: its largest value, its largest mean over a millisecond, its impulse.
 
-The plant outputs what the force does between samples: `f_n_peak` is the largest force in a step, excluding the impulses
-of impacts, and `f_n_mean` is the mean over the step, including them. If an FMU lacks these outputs, the samples `f_n`
-and the impulses are used instead, and `is_sampled` reports this. A thinned record contains these quantities for every
-step (see `at_every_step`).
+The plant outputs two values of the force in each step: `f_n_peak` is the largest force, excluding the impulses of
+impacts, and `f_n_mean` is the mean, including them. If an FMU lacks these outputs, the samples `f_n` and the impulses
+are used instead, and `is_sampled` reports this. A thinned record contains these quantities for every step (see
+`at_every_step`).
 
-A peak depends on how hard the contact is in the model: it grows with the numbers of modes and nodes of the rotor, and
-an impulse has no peak. By contrast, the force averaged over `WINDOW` converges as these numbers increase.
+A peak depends on how stiff the modelled contact is. It grows with the numbers of modes and nodes of the rotor, and it
+is not defined for an impulse. By contrast, the force averaged over `WINDOW` converges as these numbers increase.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def is_sampled(dataset: Signals, site: str) -> bool:
 
 
 def peaks(dataset: Signals, site: str) -> Array | None:
-    """Return the largest normal force (N) since the previous sample, or that at samples; None if not recorded."""
+    """Return the largest normal force (N) since the previous sample, or the force at samples; None if not recorded."""
     return _largest_between(dataset, _peaks(at_every_step(dataset), site))
 
 
@@ -104,7 +104,7 @@ def _largest_between(dataset: Signals, values: Array | None) -> Array | None:
 
 
 def _at_samples(dataset: Signals, values: Array | None) -> Array | None:
-    """Return the values at the ends of those steps that end at a sample, as one step does for each sample."""
+    """Return the values of the steps that end at a sample; exactly one step ends at each sample."""
     steps = at_every_step(dataset)
     if values is None or steps is dataset:
         return values

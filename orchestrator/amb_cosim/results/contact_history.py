@@ -150,7 +150,7 @@ def touches_at_the_end(dataset: Signals, last: float) -> bool:
 
 
 def turns_since_change(dataset: Signals) -> float:
-    """Return the turns since the last event, speed point or cycle 0; if the rotor is at rest at the end, the cycles."""
+    """Return the turns since the last event, speed point or cycle 0, or the cycles if the rotor ends at rest."""
     cycle, Omega = cycles(dataset), speed(dataset)
     stands = abs(Omega[-1]) < STANDING * np.abs(Omega).max()
     turned = cycle if stands else turns(dataset)
@@ -164,7 +164,7 @@ def _stays(dataset: Signals, last: float) -> bool:
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
-    """Return the mean whirl speed (rad/s) in contact at a site in the last cycle; None if free there at the end."""
+    """Return the mean whirl speed (rad/s) in contact at a site in the last cycle; None without contact at the end."""
     dataset = at_every_step(dataset)
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
     if mode is None or whirl is None or not len(mode) or mode[-1] == FREE:

@@ -37,7 +37,7 @@ def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
 
 
 def warnings_beyond_reduction(dataset: Signals) -> list[str]:
-    """Return a sentence if, at any site, more than `WARNED_SHARE` of the force's power is beyond the reduction."""
+    """Return a sentence if more than `WARNED_SHARE` of the force's power at any site is above the reduction's limit."""
     shares = {site: share for site, share in share_beyond_reduction(dataset).items() if share is not None}
     warned = [f"{name_label(site)} {100.0 * share:.3g} %" for site, share in shares.items() if share > WARNED_SHARE]
     if not warned:

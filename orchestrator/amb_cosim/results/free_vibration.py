@@ -58,7 +58,7 @@ def free_vibration(motion: Array, turns: float) -> FreeVibration | None:
 
 
 def _fitted(motion: Array, share: Array, orders: list[float]) -> tuple[float, float]:
-    """Return the rms of the vibration at the first of `orders` (periods per unit of `share`), and of all motion."""
+    """Return the rms of the vibration with the first of `orders` (periods per unit of `share`), and of all motion."""
     angles = 2.0 * np.pi * np.outer(share, orders)
     basis = np.concatenate(
         [np.cos(angles[:, :1]), np.sin(angles[:, :1]), np.cos(angles[:, 1:]), np.sin(angles[:, 1:])], axis=1

@@ -10,8 +10,8 @@ Trans. Acoustics, Speech and Signal Processing 38 (1990) 814-824). The amplitude
 squares. Sampling preserves |z_i| even of vibrations faster than half the sample rate.
 
 A pole counts as growing if it multiplies the mean square by more than 1.5 from the first third of the time to the last,
-that is, if |z_i|^n > 1.5^(3/4). Noise, and slow motion over less than a period, can be fitted by a growing pole as well
-as by another pole. Growth therefore counts only if moving the growing poles to the unit circle increases the mean
+that is, if |z_i|^n > 1.5^(3/4). Noise, and slow motion over less than a period, can be fitted equally well by a growing
+pole and by another pole. Growth therefore counts only if moving the growing poles to the unit circle increases the mean
 square of the residual of (1) by a factor of more than 1.5.
 """
 
@@ -75,7 +75,7 @@ def _poles(motion: Array) -> Complex:
 
 
 def _fit(z: Complex, motion: Array) -> tuple[Complex, Complex, float]:
-    """Return the terms of (1), scaled to 1 at the end if they grow, the amplitudes, and the residual's mean square."""
+    """Return the terms of (1) (scaled to 1 at the end if they grow), the amplitudes, and the residual's mean square."""
     n = len(motion)
     k = np.arange(n)[:, None]
     exponents = np.where(np.abs(z) > 1.0, k - (n - 1), k)

@@ -52,7 +52,7 @@ def largest_use(
     values_of: Callable[[Signals, str], Array | None],
     limits_of: Callable[[Signals, str], Limits | None],
 ) -> Use | None:
-    """Return the largest ratio of a value to its limit over all axes from cycle 0 on; None without values and limits.
+    """Return the largest ratio of a value to its limit over all axes from cycle 0 on; None if no axis has both.
 
     share = max(max(v)/high, min(v)/low),   low < 0 < high
     """

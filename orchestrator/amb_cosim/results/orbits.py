@@ -37,7 +37,7 @@ def path(dataset: Signals, place: str) -> Path | None:
     """Return x and y (m) at a bearing, or at a site relative to the centre of its retainer, shape (2, n).
 
     If an FMU does not output the displacement at a site, the displacement at the bearing that the retainer protects is
-    used or, without such a bearing, the displacement at the site's sensor plane.
+    used. Without such a bearing, the displacement at the site's sensor plane is used.
     """
     rotor_places = places(dataset)
     bearing = rotor_places.retainers.get(place, "")
@@ -165,8 +165,8 @@ def notices_of_start(dataset: Signals) -> list[str]:
         return []
     falls = ", ".join(f"{name_label(place)} {percent:.2g} %" for place, percent in falling.items())
     return [
-        f"the largest orbit belongs to the transient at the start and shrinks after the first cycle "
-        f"(by {falls}); increase settle_cycles"
+        f"the orbit is largest in the transient at the start, and it shrinks by {falls} from the first cycle to the "
+        "second; increase settle_cycles"
     ]
 
 
@@ -183,9 +183,9 @@ def notices_of_samples(dataset: Signals) -> list[str]:
     h, fastest = every * float(dataset.attrs["communication_step_s"]), float(np.abs(speed(dataset)).max(initial=0.0))
     n = 2.0 * np.pi / (fastest * h) if fastest else np.inf
     missed = f"by up to {100.0 * (1.0 - np.cos(np.pi / n)):.2g} %" if n >= 3.0 else "by much"
-    turn = f", {n:.3g} in a turn," if np.isfinite(n) else ""
+    turn = f" ({n:.3g} in a turn)" if np.isfinite(n) else ""
     return [
-        f"orbits are sampled at one of every {every} steps{turn} and may miss the largest radius of a synchronous "
+        f"orbits are sampled only once per {every} steps{turn} and may miss the largest radius of a synchronous "
         f"motion {missed}; record.every = 1 records all steps"
     ]
 

@@ -31,7 +31,7 @@ def without_power(dataset: Signals) -> Bools:
 
 
 def power_lost_at(dataset: Signals) -> float | None:
-    """Return the first cycle after which no magnet has power; None if one has power at the end, or without magnets."""
+    """Return the first cycle after which no magnet has power; None without magnets, or if one has power at the end."""
     off = without_power(dataset)
     if not off.any() or not off[-1]:
         return None

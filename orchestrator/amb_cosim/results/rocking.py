@@ -5,9 +5,9 @@ With z the displacement from the centre of a retainer and z_r its mean over the 
     alpha = |arg(z conj(z_r))|                                                                    (1)
 
 To travel around the retainer, the rotor must pass its far side, where alpha = pi. It rocks steadily if alpha stays
-below pi/2 in the last quarter, and would still do so in a run twice as long in which alpha continued to grow as it grew
-from a_1 to a_2. Here a_1 and a_2 are the largest values of alpha in the two quarters before the last and in the last
-quarter, respectively. The middles of these intervals are 3/8 of the time apart:
+below pi/2 in the last quarter, and, by extrapolation, also in a run twice as long. The extrapolation continues the
+growth of alpha from a_1 to a_2. Here a_1 and a_2 are the largest values of alpha in the two quarters before the last
+and in the last quarter, respectively. The middles of these intervals are 3/8 of the time apart:
 
     a_2 max(1, a_2/a_1)^(8/3) < pi/2                                                              (2)
 

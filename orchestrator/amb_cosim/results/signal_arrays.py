@@ -52,7 +52,7 @@ def not_finite(left_out: Sequence[str]) -> str:
     """Return a clause that names the signals which `finite_signals` leaves out."""
     named = ", ".join(left_out[:MOST_NAMES])
     others = f" and {len(left_out) - MOST_NAMES} others" if len(left_out) > MOST_NAMES else ""
-    return f"{named}{others} {'has' if len(left_out) == 1 else 'have'} values that are not finite, or above {LARGEST:g}"
+    return f"{named}{others} {'has' if len(left_out) == 1 else 'have'} values that are not finite or exceed {LARGEST:g}"
 
 
 def at_every_step(dataset: Signals) -> Signals:

@@ -1,8 +1,8 @@
 """Whether a levitated rotor diverges: its orbit grows, or current limits bound a self-excited vibration.
 
 Only the end of a run is judged: the time since the last change, the last contact or cycle 0, whichever is latest. This
-time must be at least `MIN_CYCLES`. Growth is judged only while nothing that excites the rotor from outside its loop
-changes (`_last_change_outside`).
+time must be at least `MIN_CYCLES`. Growth is judged only while all excitation from outside the rotor's loop is steady
+(`_last_change_outside`).
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def _excitations(dataset: Signals) -> list[Array]:
 
 
 def _last_change_outside(dataset: Signals) -> float:
-    """Return the last cycle at which a signal from outside the loop began or ceased to be constant; 0 if none does."""
+    """Return the last cycle at which a signal from outside the loop began or ceased to be constant; 0 if none did."""
     cycle, last = cycles(dataset), 0.0
     for values in _excitations(dataset):
         at = cycle[1:][np.diff(values) != 0.0]
@@ -149,7 +149,7 @@ def is_self_excited(dataset: Signals, within: slice) -> bool:
 
 
 def _steadily_forced(dataset: Signals, within: slice) -> Array | None:
-    """Return the motion at the bearings (m), shape (n, signals); None if too short, or if speed or test forces vary."""
+    """Return the motion at bearings (m), shape (n, signals); None if it is too short, or speed or test forces vary."""
     if within.stop - within.start < FEWEST:
         return None
     Omega = _varying_speed(dataset)

@@ -1,4 +1,4 @@
-"""Checks the attributes of a result file: their types, those that a scenario's run requires, and contradictions.
+"""Checks the attributes of a result file for wrong types, missing attributes and contradictions.
 
 A file from elsewhere may lack an attribute, or contain one that has another type or excessively nested JSON. Such a
 file is refused when it is read, so that summaries and figures can rely on the attributes.
@@ -114,7 +114,7 @@ def _check_places(stated: RotorPlaces) -> None:
     allowed = {"sites": stated.sites, "bearings": stated.magnets}
     for kind, names in named.items():
         if unknown := sorted(set(names) - {*allowed[kind]}):
-            raise ValueError(f"its attribute places is not allowed: {unknown[0]!r} is not among its {kind}")
+            raise ValueError(f"its attribute 'places' is not allowed: {unknown[0]!r} is not among its {kind}")
 
 
 def check_attributes(attributes: Mapping[Any, Any]) -> None:

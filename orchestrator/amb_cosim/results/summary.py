@@ -232,7 +232,7 @@ def summarise(dataset: Signals) -> Summary:
         warnings=[*warning_sentences(warnings_of(dataset), dataset), *warnings_beyond_reduction(dataset)],
         notices=[
             *json.loads(dataset.attrs.get("notices", "[]")),
-            *([f"these values do not cover all signals: {not_finite(left_out)}"] if left_out else []),
+            *([f"this summary leaves out some signals: {not_finite(left_out)}"] if left_out else []),
             *notices_of_start(dataset),
             *notices_of_samples(dataset),
         ],

@@ -125,7 +125,10 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
     if free is None:
         return "completed", "contact of the rotor was not recorded"
     if recovery == "unstable":
-        return "unstable", "its orbit grows, or its amplifiers stay at their limits or bound a self-excited vibration"
+        reasons = (
+            "its orbit grows, or its amplifiers stay at their limits, or these limits confine a self-excited vibration"
+        )
+        return "unstable", reasons
     powerless = bool(without_power(dataset)[-1])
     if free and (last is None or recovery == "prevented"):
         after = f" after the {event_name(dataset, 'disturbance')}" if recovery == "prevented" else ""
@@ -142,8 +145,11 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         rest, rocks = (None, None) if fall is None else (fall.rest_after, fall.rocks_within)
         if not touched:
             return "landed", f"no magnet has power, and the rotor has not touched since {_moment(dataset, last)}"
-        lies = "the rotor is still moving on" if rest is None else f"the rotor came to rest after {rest:.3g} s on"
-        lies = f"{lies} {where}" if rocks is None else f"the rotor lies on {where} and swings up to {rocks:.0f} deg"
+        lies = f"the rotor is still moving on {where}"
+        if rocks is not None:
+            lies = f"the rotor lies on {where} and swings up to {rocks:.0f} deg"
+        elif rest is not None:
+            lies = f"the rotor came to rest on {where} after {rest:.3g} s"
         return "landed", f"no magnet has power, and {lies}{_whirled(fall)}"
     return recovery if recovery == "trapped" else "undecided", _at_the_end(dataset, last)
 
@@ -202,7 +208,7 @@ def _touched_at_the_end(dataset: Signals, within: float = contact_history.RECOVE
 
 
 def _speed(dataset: Signals) -> tuple[str, str] | None:
-    """Return the spin speed; if it changes, its first and last values or, if it exceeds their range, its limits."""
+    """Return the spin speed; if it changes, return its first and last values, or its limits if these are wider."""
     unit, Omega = speed_unit(), speed(dataset)[cycles(dataset) >= 0.0]
     if not len(Omega):
         return None

@@ -38,9 +38,9 @@ def coupling_warning(
     """Return a warning if the coupling makes the results of a levitated rotor doubtful; otherwise None.
 
     In Jacobi order, a step of up to a fifth of the sample time is accepted. The sample time indicates the bandwidth of
-    the loop, so this limit bounds the phase lag of the delay. With such a step and no prediction, the orbit of a rub in
-    a loop sampled at 4 kHz is within 5 % of the orbit in Gauss-Seidel order. A loop with little margin that is sampled
-    at 10 kHz requires prediction and a step of a tenth of the sample time. `docs/coupling.md` describes both.
+    the loop, so this limit bounds the phase lag of the delay. With such a step and no prediction, a rubbing rotor in a
+    loop sampled at 4 kHz has an orbit within 5 % of its orbit in Gauss-Seidel order. A loop with little margin that is
+    sampled at 10 kHz requires prediction and a step of a tenth of the sample time. `docs/coupling.md` describes both.
 
     Parameters
     ----------
@@ -60,5 +60,5 @@ def coupling_warning(
     return (
         f"with communication_step = {step:g} µs in Jacobi order each force comes {lag:g} µs after the displacements "
         f"that it responds to{compensation}; this changes the damping of a levitated rotor and may make it unstable. "
-        f"Keep to steps of at most {most:g} µs, a fifth {whose}"
+        f"Use steps of at most {most:g} µs, a fifth {whose}"
     )

@@ -48,7 +48,7 @@ class StatedValues:
         Raises
         ------
         ValueError
-            If the number is too far. Names that do not exist are reported elsewhere.
+            If the number is too far from the scenario's value. Names that do not exist are reported elsewhere.
         """
         variable = name.removeprefix(f"{label}.")
         ports = self.ports(variable)

@@ -102,9 +102,9 @@ def _assumed_loads(missing: MissingParameters) -> list[str]:
         if current and geometry & stated and static not in stated and not is_measured(values):
             kept.setdefault(f"{current:g} A", []).append(f"{bearing}.{axis}")
     return [
-        f"static_current = {current} of {', '.join(axes)} is a default that does not fit these magnets, and there is "
-        f"no gravity; if the magnets carry no weight, as with a vertical shaft, set the current to 0 A, or set "
-        "gravity = 0"
+        f"static_current = {current} of {', '.join(axes)} is a default that does not fit these magnets, and the "
+        "scenario states no gravity; if the magnets carry no weight, as with a vertical shaft, set the current to 0 A, "
+        "or set gravity = 0"
         for current, axes in kept.items()
     ]
 
@@ -136,7 +136,7 @@ def _carry_weight(missing: MissingParameters, source: RotorSource) -> None:
 
 @lru_cache(maxsize=8)
 def _carried(rotor: Rotor, passive: tuple[tuple[str, float], ...], Omega: float) -> Mapping[str, Array]:
-    """Return, by bearing, the tensor (kg) from gravity to load at a spin speed (rad/s); runs of a rotor share it.
+    """Return, by bearing, the tensor (kg) that maps gravity to load at a spin speed (rad/s); runs of a rotor share it.
 
     Bearings without a magnet's force act as springs with the stiffness (N/m) in `passive`.
     """

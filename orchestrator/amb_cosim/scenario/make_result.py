@@ -31,8 +31,8 @@ from array_types import Array
 def bare_signals(plan: ScenarioPlan, recording: Recording, places: RotorPlaces) -> SignalTable:
     """Return the record of a run over time and cycle, with the rotor's places and the cycles of events.
 
-    The key values of this record are those of a complete result. Units and warnings are left out, because collecting
-    them would take longer than computing the key values.
+    This record has the same key values as a complete result. Units and warnings are left out, because collecting them
+    would take longer than computing the key values.
     """
     recorder = recording.recorder
     variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}

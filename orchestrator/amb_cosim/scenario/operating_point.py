@@ -43,9 +43,9 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
 
     The currents i_min and i_max are the ones that the coils allow (`coil_limits`), because the integral part of a PID
     controller would wind up beyond the range of the actuator. K_s and K_i are the slopes of the magnet's force law at
-    its centre. A warning names settings that differ from these slopes by more than a factor of `LARGEST_RATIO`. It also
-    names measured constants that differ as much from the constants that follow from a geometry, if only the geometry is
-    set.
+    its centre. A warning names settings that differ from these slopes by more than a factor of `LARGEST_RATIO`. If only
+    a geometry is set, it also names measured constants that differ by as much from the constants that follow from the
+    geometry.
 
     Parameters
     ----------
@@ -77,8 +77,8 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
 def set_test_force(missing: MissingParameters) -> None:
     """Scale the test force of identification by the ratio of the magnets' force to that of the actuator's start values.
 
-    A(f) of `rolac_controller.excitation` suits the magnets of the start values. For other magnets, a test force in
-    proportion to
+    A(f) of `rolac_controller.excitation` suits magnets with the actuator's start values. For other magnets, a test
+    force in proportion to
 
         K_i I_b = k I_b^2/s_0^2,    k = 4 mu_0 N^2 A cos(phi)                                        (1)
 
@@ -107,7 +107,7 @@ def set_test_force(missing: MissingParameters) -> None:
 
 
 def _test_range(of_axis: Mapping[str, float], *, measured: bool) -> float:
-    """Return (1) for an axis, divided by 4 mu_0, or K_i I_b if measured; I_b is the current of the unloaded coil."""
+    """Return (1)/(4 mu_0) for an axis, or K_i I_b if K_i is measured; I_b is the current of the unloaded coil."""
     bias = of_axis["bias_current"] + min(of_axis["static_current"], 0.0)
     if measured:
         return of_axis[MEASURED[1]] * bias

@@ -197,8 +197,8 @@ def _release(
 def _with_first_angle(plan: Plan, cycles: float) -> Mapping[str, Mapping[str, float]]:
     """Return the parameters, including the start angle that makes the rotor's angle at cycle 0 exact.
 
-    The run starts at a communication point, up to a step before the settling begins. At cycle 0 the angle is the value
-    of the parameter (0 by default) plus the settling cycles, whatever the step.
+    The run starts at a communication point, which is up to a step before the beginning of the settling. At cycle 0 the
+    angle is the value of the parameter (0 by default) plus the settling cycles, whatever the step.
     """
     offset = plan.first + in_steps(cycles * plan.period, plan.step_size)
     parameters = {component: dict(values) for component, values in plan.parameters.items()}
@@ -275,7 +275,7 @@ def _contact(places: RotorPlaces) -> dict[str, OverStep | None]:
 def _scaled(
     variables: Mapping[str, Mapping[str, Raw]], scenario: Scenario, values: Assignments, only: str | None = None
 ) -> list[tuple[str, Raw]]:
-    """Return names and values of inputs, including ones that FMUs lack; unbalances (kg m) are scaled by the factor."""
+    """Return names and values of inputs, even if FMUs lack them; unbalances (kg m) are scaled by the factor."""
     scaled: list[tuple[str, Raw]] = []
     for component, table in variables.items():
         for variable, raw in table.items():

@@ -66,7 +66,7 @@ def implausible_unbalances(plan: Plan) -> list[str]:
         G = e Omega,   e = u/m     (ISO 21940-11)
 
     m is the mass of the rotor, and Omega is its highest speed. A wrong prefix in the unit of u changes u by a factor of
-    1000, so that a residual unbalance of 2.5 mm/s becomes 2500 mm/s.
+    1000, so that a balancing grade of 2.5 mm/s becomes 2500 mm/s.
     """
     changes = [*plan.inputs.items(), *((name, value) for _, name, value in plan.events)]
     of_profile = [value for ramp in plan.ramps if ramp.variable == SPEED for _, value in ramp.points]
@@ -94,9 +94,9 @@ def viscous_losses(assembly: Assembly) -> list[str]:
     """Return a sentence for each rotor whose loss factor is approximated by viscous damping (see `hysteresis`)."""
     losses = {name: (fmu.layout or {}).get("loss_factor", 0.0) for name, fmu in assembly.fmus.items()}
     return [
-        f"{name}: loss_factor = {eta:g} acts as viscous damping with equal loss in the elastic modes of the free rotor "
-        "at rest; this damping is too weak on stiff supports, and its effect on whirl slower than the spin "
-        "grows with the spin ('study campbell' uses the loss factor itself)"
+        f"{name}: loss_factor = {eta:g} is approximated by viscous damping with the same loss in the elastic modes of "
+        "the free rotor at rest; this damping is too weak on stiff supports, and its effect on whirl that is slower "
+        "than the spin grows with the spin ('study campbell' uses the loss factor itself)"
         for name, eta in losses.items()
         if eta
     ]

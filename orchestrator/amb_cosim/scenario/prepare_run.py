@@ -1,4 +1,4 @@
-"""Prepares the run of a scenario: finds its FMUs, checks their system, and places everything on the time grid."""
+"""Prepares the run of a scenario: finds its FMUs, checks their system, and plans the run on the time grid."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def prepare_run(
 ) -> ScenarioPlan:
     """Find the FMUs of a scenario, check its system and plan its run; see `scenario_plan` for the arguments.
 
-    A run that continues from `options.start` keeps the stators of its past; a warning is added if magnets with other
-    stators lose their power.
+    A run that continues from `options.start` has the same stators as its past; a warning is added if magnets without
+    such stators lose their power.
 
     Raises
     ------

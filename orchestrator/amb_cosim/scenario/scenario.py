@@ -83,8 +83,8 @@ class Scenario(Table):
     system: str = "levitated"
     """Components and their connections: the name of a packaged system, or of a system file."""
     rotor: RotorField | None = None
-    """Rotor of the models: the name of a packaged rotor, a rotor file, or in Python a `Rotor`; by default the packs'
-    default.
+    """Rotor of the models: the name of a packaged rotor, a rotor file, or in Python a `Rotor`; if omitted, the
+    default rotor of the packs.
     """
     receptances: TableField | None = None
     """Table of receptances for the controller, instead of those of the rotor model: a file, or in Python a
@@ -110,8 +110,8 @@ class Scenario(Table):
     """Direction of gravity, from x towards y."""
     tilt: Value = 0.0
     """Angle of the shaft above the horizontal, positive if the end with the largest z is up; 90 deg is a vertical
-    machine. Gravity acts across the shaft with its cosine and along it with its sine. A rotor with `[thrust_disc]` in
-    its file moves along the shaft.
+    machine. Gravity acts across the shaft with the cosine of this angle, and along the shaft with its sine. A rotor
+    with `[thrust_disc]` in its file moves along the shaft.
     """
     settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
     """Revolutions before cycle 0 in which the motion settles. With any communication step, the rotor angle at cycle 0
@@ -154,7 +154,7 @@ class Scenario(Table):
         return load_scenario(str(name))
 
     def changed(self, **fields: Any) -> Scenario:
-        """Return the scenario with other values of fields; tables (`inputs`, ...) are merged, all else is replaced.
+        """Return the scenario with other values of fields; tables (`inputs`, ...) are merged, and all else is replaced.
 
         Raises
         ------
@@ -171,7 +171,7 @@ class Scenario(Table):
         Raises
         ------
         ValueError
-            If the inputs or events that are left out name a component that does not exist.
+            If the scenario's inputs or events, which are left out, name a component that does not exist.
         """
         system = load_system(self.system, {"gradient": self.gradient})
         with errors_in(f"scenario {self.name}"):
@@ -252,7 +252,7 @@ class Scenario(Table):
 
 
 def checked_speed(speed: float, written: Raw = 0.0) -> float:
-    """Return the speed (rad/s) if it is one at which a rotor can turn.
+    """Return the speed (rad/s) after checking that a rotor can turn at this speed.
 
     Raises
     ------

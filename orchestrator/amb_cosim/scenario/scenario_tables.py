@@ -50,7 +50,7 @@ class _Named(Table):
     """A change that figures and the summary name."""
 
     label: Label | None = None
-    """Unique name, used in figures and for the event in sweeps, such as `power_loss`; default: its role."""
+    """Unique name of the event, such as `power_loss`, in figures and sweeps; default: its role."""
     role: Role | None = None
     """Role of the event in the run: the `disturbance` after which the rotor is judged, or the `relief` that removes
     it.
@@ -122,11 +122,11 @@ class Stop(Table):
     hold_cycles: Cycles | None = None
     """Duration of the condition in cycles; by default a single point suffices."""
     hold_time: Value | None = None
-    """The same in seconds."""
+    """Duration of the condition in seconds."""
     from_cycle: Cycles | None = None
     """Cycle from which the signal is checked; by default 0."""
     from_time: Value | None = None
-    """The same in seconds."""
+    """Time in seconds from which the signal is checked."""
 
     def condition(self, period: float) -> StopCondition:
         """Return the condition with its times in s, for cycles of `period` (s)."""

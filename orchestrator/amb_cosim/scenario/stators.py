@@ -89,8 +89,8 @@ def lacking_stators(
     if not missing:
         return []
     return [
-        f"the run before t = {start.time:.9g} s had no stators at {', '.join(missing)}, whose amplifiers are switched "
-        "off now; if the rotor crosses the air gap there, this run ends"
+        f"the run before t = {start.time:.9g} s had no stators at {', '.join(missing)}, where amplifiers are now "
+        "switched off; if the rotor crosses the air gap there, this run ends"
     ]
 
 

@@ -1,4 +1,4 @@
-"""Co-simulation of the three FMUs, whose orbit is compared with that of the monolithic system."""
+"""Co-simulation of the three FMUs; its orbit is compared with the orbit of the monolithic system."""
 
 from __future__ import annotations
 

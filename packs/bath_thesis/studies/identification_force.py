@@ -90,8 +90,8 @@ class IdentificationForce(DrawnResult):
         over_range = 1e3 * np.concatenate([self.columns.response_mb1, self.columns.response_mb2])
         parts: list[TextBlock] = [
             table,
-            f"the force moves the journal of its bearing by {over_range.min():.3f} to {over_range.max():.3f} mm; "
-            f"the thesis chose its gain for about {1e3 * INTENDED:g} mm",
+            f"the test force moves the journal in its bearing by {over_range.min():.3f} to {over_range.max():.3f} mm; "
+            f"the thesis chose the gain of the force for about {1e3 * INTENDED:g} mm",
         ]
         if len(self.at_the_jump.frequencies):
             before, after = self.at_the_jump.amplitude

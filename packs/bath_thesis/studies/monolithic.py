@@ -36,7 +36,7 @@ class Levitation:
     """A levitated rotor: spin speed (rad/s), unbalance (kg m) at `disc`, and SI constants of bearings and controller.
 
     k_i
-        Current stiffness (N/A), which only the law (2.6) needs, because it depends on the current itself.
+        Current stiffness (N/A), which only the law (2.6) needs, because this law depends on the current itself.
     bandwidth
         Bandwidth of the amplifiers (Hz); None for ideal amplifiers.
     nonlinear

@@ -62,8 +62,8 @@ class PrintedH:
         return [
             table,
             f"the Frobenius norm is {total[0] / total[1]:.3f} times the printed norm; elements that couple x and y "
-            f"contribute {across[0]:.1f} % of it, but {across[1]:.0f} % of the printed norm, so single elements "
-            "do not agree",
+            f"contribute {across[0]:.1f} % of the computed norm but {across[1]:.0f} % of the printed norm, so single "
+            "elements do not agree",
         ]
 
 

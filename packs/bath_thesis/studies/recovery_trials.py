@@ -46,7 +46,7 @@ CONTROLS = (
 
 @dataclass(frozen=True)
 class AdaptedControl:
-    """A control, its adaptation rate (1/s), and whether its H is identified in the sampled loop or from the model."""
+    """A control, its adaptation rate (1/s), and whether its H is identified in the sampled loop or is the model's."""
 
     control: Control
     alpha: float
@@ -54,7 +54,7 @@ class AdaptedControl:
 
     @property
     def label(self) -> str:
-        """Name of the control, with its rate and the origin of its H if it has these."""
+        """Name of the control, followed by its rate and the origin of its H, if any."""
         rate = [f"{self.alpha:g} 1/s"] if self.control.adapts else []
         return ", ".join([self.control.name, *rate, *(["H identified"] if self.is_identified else [])])
 

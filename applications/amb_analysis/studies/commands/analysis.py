@@ -107,7 +107,7 @@ study.list_in_section("Checks of a result", "convergence", "coupling")
 
 
 class RotorStudy(click.Command):
-    """A command for a study of a rotor alone; it refuses a scenario and names the study of the levitated machine."""
+    """A command for a study of a rotor alone; if given a scenario, it recommends the study of the levitated machine."""
 
     levitated = "poles"
 
@@ -191,7 +191,11 @@ add_study(
     ROTOR,
     MASS,
     click.option(
-        "--speeds", type=SPEED, default="0", show_default=True, help="Spin speeds; mode shapes are drawn at the first."
+        "--speeds",
+        type=SPEED,
+        default="0",
+        show_default=True,
+        help="Spin speeds; mode shapes are drawn at the first speed.",
     ),
     COUNT,
     cls=RotorStudy,
@@ -220,7 +224,7 @@ add_study(
         type=int,
         default=4,
         show_default=True,
-        help="Number of runs, with clearances 1e-6 apart; 50 if chaotic.",
+        help="Number of runs, clearances 1e-6 apart; use 50 if chaotic.",
     ),
     FLAVOUR,
     shows_progress=True,

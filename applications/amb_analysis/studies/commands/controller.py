@@ -24,8 +24,8 @@ MODES = 8  # of the rotor, the lowest
 def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json: bool) -> None:
     """Print a sampled controller and draw its Bode plots.
 
-    With --rotor, the command prints the phase at each mode of the rotor on its bearings. If sensor and bearing move in
-    phase in a mode, the demand damps the mode where this phase is between -180 and 0 degrees."""
+    With --rotor, the command prints the phase at each mode of the rotor on its bearings. A mode in which sensor and
+    bearing move in phase is damped by the demand if this phase is between -180 and 0 degrees."""
     from amb_analysis import studies
     from amb_analysis.studies.controller_description import describe_controller
 

@@ -45,7 +45,7 @@ def draw(result: ContactConvergence) -> Figure:
         figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(SITE_STYLES))
     write_title(
         figure,
-        f"{result.scenario} with {result.rotor}: band of {100.0 * CONVERGED:g} % around the scenario; "
+        f"{result.scenario} with {result.rotor}: band of {100.0 * CONVERGED:g} % around the scenario's value; "
         "hollow: another outcome" + f"\nstart k: clearances multiplied by 1 + {START:g} k" * ("starts" in groups),
     )
     return figure

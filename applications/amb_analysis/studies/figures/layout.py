@@ -180,7 +180,7 @@ def _largest_radius(rotor: Rotor) -> float:
 
 
 def _equivalent_disc(body: BodyOrDisc) -> tuple[float, float]:
-    """Return radius and width (m) of a homogeneous disc with a body's mass and inertias; both are 0 without mass."""
+    """Return radius and width (m) of a homogeneous disc with a body's mass and inertias; zeros if there is no mass."""
     if body.mass == 0.0:
         return 0.0, 0.0
     radius = math.sqrt(2.0 * body.polar_inertia / body.mass)

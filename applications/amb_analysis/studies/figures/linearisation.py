@@ -57,7 +57,9 @@ def _draw_load_capacity(axes: Axes, load: LoadCurves) -> None:
         fontsize=8,
     )
     axes.set(
-        xlabel=f"static load of the axis ({unit.label})", ylabel=f"control force left ({unit.label})", ylim=(0.0, None)
+        xlabel=f"static load of the axis ({unit.label})",
+        ylabel=f"remaining control force ({unit.label})",
+        ylim=(0.0, None),
     )
     axes.set_xlim(0.0, loads[-1])
     axes.set_title("Load capacity")

@@ -23,8 +23,9 @@ DRAWN = 4  # speeds, at most
 def draw(result: ModeShapes) -> Figure:
     """Draw the mode shapes in three dimensions: the deflected axis, and the orbits of the ends, bodies and bearings.
 
-    An orbit begins at its dot, on the drawn axis, and ends before a full turn to show its direction. Each speed has its
-    own rows. If there are more than `DRAWN` speeds, only the first and the last are drawn, and the title names them.
+    Each orbit begins at a dot on the deflected axis and ends before a full turn, so that its direction is visible. Each
+    speed has its own rows. If there are more than `DRAWN` speeds, only the first and the last are drawn, and the title
+    names them.
     """
     rotor, speeds = result.description, list(result.modes)
     speeds = speeds if len(speeds) <= DRAWN else [speeds[0], speeds[-1]]

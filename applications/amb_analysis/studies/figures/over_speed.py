@@ -106,7 +106,7 @@ def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool, also
 
 
 def _free_height(axes: Axes, text: str, lower: float, upper: float) -> float:
-    """Return a height between two others, midway if possible, at which a text at the left edge crosses no curve.
+    """Return a height between two limits, midway if possible, at which a text at the left edge crosses no curve.
 
     Heights and the text's width are in fractions of the axes.
     """
@@ -187,7 +187,7 @@ def _crosses(curve: Array, box: Box) -> bool:
 
 
 def _draw_multiples(axes: Axes) -> None:
-    """Draw lines for one and two periods per turn, with labels below them; labels of critical speeds are above them."""
+    """Draw the lines 1x and 2x and write their labels below them, because labels of critical speeds are above."""
     left, right = axes.get_xlim()
     top = axes.get_ylim()[1]
     for order, line in ((1, ":"), (2, DASHED)):
@@ -205,7 +205,7 @@ def _draw_multiples(axes: Axes) -> None:
 
 
 def _free_place(axes: Axes, last: float, order: int) -> float:
-    """Return an x for the label 1x or 2x, at `last` if possible, away from other curves and their labels."""
+    """Return the x coordinate of the label 1x or 2x: `last` or, if a curve is in the way, a smaller value."""
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
     curves = [curve for curve in map(_data, axes.lines) if curve.shape[1] > 2]
@@ -240,7 +240,7 @@ def _number(axes: Axes, curves: Sequence[Array]) -> None:
 
 
 def _every(labels: int) -> int:
-    """Return n such that every nth label fits into the axes if these labels are stacked."""
+    """Return the smallest n for which the height of the axes has room for every nth label."""
     return max(math.ceil(LETTERS * labels), 1)
 
 
@@ -268,6 +268,6 @@ def shade_unstable(panels: Sequence[Axes], ranges: Sequence[tuple[float, float]]
 
 
 def with_frozen(title: str, limits: Limits) -> str:
-    """Return a title with a line for each whirl frequency at which coefficients are frozen."""
+    """Return a title with a line for each whirl frequency at which frozen coefficients were evaluated."""
     frozen = [item for item in limits if item.whirl_frequency is not None]
     return "\n".join([title, *(f"{', '.join(i.parts)}: {frozen_at(i.whirl_frequency or 0.0)}" for i in frozen)])

@@ -64,7 +64,7 @@ def draw(result: ClosedLoopPoles) -> Figure:
 
 
 def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
-    """Mark critical speeds; a hollow mark denotes an amplification below 2.5, which is not critical by API 617."""
+    """Mark critical speeds, with hollow marks for those that are not critical by API 617 (amplification below 2.5)."""
     unit, points = speed_unit(), []
     for critical in result.critical_speeds:
         at, colour = critical.speed / unit.size, "0.2"
@@ -89,7 +89,7 @@ def _mark_unstable(panels: Sequence[Axes], result: ClosedLoopPoles) -> list[Line
 
 
 def _least_decrement(result: ClosedLoopPoles) -> list[float]:
-    """Return a list with the decrement of the least damped vibration, drawn or not; empty unless positive."""
+    """Return a list with the decrement of the least damped vibration; empty unless its damping ratio is in (0, 1)."""
     ratio = 0.0 if result.least_damped is None else result.least_damped.damping_ratio
     return [2.0 * math.pi * ratio / math.sqrt(1.0 - ratio**2)] if 0.0 < ratio < 1.0 else []
 
@@ -120,7 +120,8 @@ def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
 
     A cross marks the pole that grows most; the cross is on the real axis if this pole is a drift without vibration.
 
-    s = omega_d (j - delta / 2 pi), where delta is the decrement, so constant damping ratios are rays from the origin.
+    s = omega_d (j - delta / 2 pi), where delta is the decrement, so lines of constant damping ratio are rays from the
+    origin.
     """
     unit = speed_unit("rad/s")
     highest, leftmost = 0.0, 0.0

@@ -62,7 +62,7 @@ def _draw_response(panels: Array, name: str, item: ComputedResponse, label: str)
 
 
 def _limits(amplitudes: Array) -> tuple[float | None, float | None]:
-    """Return limits of an amplitude axis: a factor `SPAN` about the median, or more to show both ends of the curve."""
+    """Return limits of an amplitude axis: median / `SPAN` and median * `SPAN`, or an end of the curve beyond them."""
     middle, ends = float(np.median(amplitudes)), (float(amplitudes[0]), float(amplitudes[-1]))
     if middle == 0.0:
         return None, None

@@ -1,4 +1,4 @@
-"""Response with folds over speed, and the map of traps over speed and unbalance."""
+"""Response over speed, including its folds, and the map of traps over speed and unbalance."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def _mark_clearances(axes: Axes, clearances: dict[float, list[str]], unit: Shown
 
 
 def _shade_backward(panels: Sequence[Axes], result: UnbalanceResponse) -> list[Patch]:
-    """Shade the speeds at which unbalance whirls any part of the rotor backward, and return the legend entry."""
+    """Shade the speeds at which any part of the rotor whirls backward under unbalance, and return the legend entry."""
     size = speed_unit().size
     ranges = {ends for place in result.places.values() for ends in place.backward(result.speeds)}
     for axes in panels:
@@ -159,7 +159,7 @@ def _draw_polar(axes: Any, result: UnbalanceResponse, unit: ShownUnit) -> None:
 
 
 def _clearances(result: UnbalanceResponse) -> dict[float, list[str]]:
-    """Return the places by clearance (m)."""
+    """Return the names of the places for each clearance (m)."""
     places_by_clearance: dict[float, list[str]] = {}
     for name, place in result.places.items():
         if place.clearance is not None:

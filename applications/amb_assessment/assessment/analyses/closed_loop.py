@@ -56,7 +56,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
             f"{half}: faster vibrations are listed at the frequency of the rotor's mode, but control sees their alias."
         )
     notes += [
-        "Stability is that of all poles, including drifts without vibration, at all speeds from 0 to "
+        "Stability is judged from all poles, including drifts without vibration, at all speeds from 0 to "
         f"{rpm(speed.tripping):.0f} rpm; for stages without a table over speed, the coefficients at the largest speed "
         "are used."
     ]

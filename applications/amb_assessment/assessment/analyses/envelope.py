@@ -80,7 +80,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _limit(subject: AssessedMachine, bearing: str, axis: str, speeds: Array) -> list[Curve]:
-    """Return the curve of the current that an axis can give; empty if the bearing's first axis has the same one."""
+    """Return the curve of the current that an axis can give; empty if the bearing's first axis has the same curve."""
     axes = [of for name, of in subject.loop.lateral_axes if name == bearing]
     limits = [control_amplitude(subject, bearing, of, hertz(speeds)) for of in axes]
     are_alike = all(np.allclose(limit, limits[0], rtol=1e-3) for limit in limits)

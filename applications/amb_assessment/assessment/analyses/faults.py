@@ -139,7 +139,7 @@ def _faults(subject: AssessedMachine) -> tuple[list[Quantity], list[tuple[str, .
 
 
 def _nearest(used: Mapping[str, Array]) -> tuple[str, float, float]:
-    """Return the site nearest to contact, its largest displacement, and the largest at the end (% of clearance)."""
+    """Return the site nearest to contact, its largest displacement, and the largest final one (% of clearance)."""
     site = max(used, key=lambda site_name: float(used[site_name].max()))
     end = max(float(shares[-max(1, len(shares) // 10) :].max()) for shares in used.values())
     return site, 100.0 * float(used[site].max()), 100.0 * end

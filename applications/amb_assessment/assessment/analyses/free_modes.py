@@ -37,7 +37,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "The numbers are the shape at the magnet and at the sensor, relative to its maximum. If they differ in sign, "
         "a node lies between magnet and sensor, and the magnet acts on this mode with the wrong sign: the mode "
         "requires the opposite phase. The reach is the square root of the magnitude of the product of the two "
-        "numbers, with the sign of this product. It is taken at the bearing that drives the mode most or, if no "
+        "numbers, with the sign of this product. The reach is taken at the bearing that drives the mode most or, if no "
         "bearing drives the mode, at the bearing that reaches it best. Modes above the judged frequency are listed "
         "without a verdict.",
     )

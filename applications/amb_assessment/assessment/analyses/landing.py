@@ -99,7 +99,7 @@ class Landing:
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the smallest friction that causes whirl, and force, whirl, other contacts and heat of all landings."""
+    """Return the smallest friction that causes whirl, and data on all landings: force, whirl, other contacts, heat."""
     if not subject.retainers:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
     check_falls(subject)
@@ -172,16 +172,18 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     )
     heads = ("friction", "phase (deg)", "force (N)", "end", "touches elsewhere", "heat (J)")
     notes = (
-        f"All amplifiers lose power at {rpm(Omega):.0f} rpm. A landing is simulated until it whirls backward or "
-        f"lies at rest, for at most {followed:.3g} s, with only the modes of the rotor file's reduction. A landing "
-        "has also ended if the rotor then rocks steadily: in the last quarter of the time it swings to and fro by less "
-        "than 90 deg, and would still do so if the swing grew for twice the time. Forces are averaged over 1 ms; these "
-        "averages converge, unlike peaks within an impact. The drive remains on; it is off in the part `rest`.",
-        "Chance decides which landings whirl backward: even rounding changes the outcome. However, the least "
-        "friction with which a falling rotor can roll over the top of its retainers depends only on the machine. With "
-        "less than half of this friction, none of 90 landings of four machines whirled. The least friction must "
-        "therefore be at least twice the friction of the landings. Otherwise, the landings that whirl are counted; "
-        "in these landings, contact elsewhere changes no verdict, because the whirl itself fails its criterion.",
+        f"All amplifiers lose power at {rpm(Omega):.0f} rpm. A landing is simulated until the rotor whirls "
+        f"backward or lies at rest, for at most {followed:.3g} s, with only the modes of the rotor file's reduction. A "
+        "landing also counts as ended if the rotor then rocks steadily: in the last quarter of the time it swings to "
+        "and fro by less than 90 deg, and would still do so if the swing grew for twice the time. Forces are averaged "
+        "over 1 ms; these averages converge, unlike peaks within an impact. The drive remains on; it is off in the "
+        "part `rest`.",
+        "Chance decides in which landings the rotor whirls backward: even rounding changes the outcome. However, the "
+        "least friction with which a falling rotor can roll over the top of its retainers depends only on the machine. "
+        "With less than half of this friction, the rotor whirled in none of 90 landings of four machines. The least "
+        "friction must therefore be at least twice the friction of the landings. Otherwise, the landings with backward "
+        "whirl are counted. In these, contact outside the retainers changes no verdict, because the whirl itself fails "
+        "its criterion.",
         "Retainers without mounts are rigid. The force of a rotor that rolls backward in them is unbounded: values "
         "above a thousand times the weight are meaningless.",
     )

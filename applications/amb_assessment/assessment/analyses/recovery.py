@@ -145,8 +145,8 @@ def _rising(
 ) -> tuple[float, float, Quantity, Result]:
     """Return the base acceleration along an axis, in g, at which the rotor first touches anything.
 
-    The function also returns the largest displacement relative to the clearance, with a negative sign, the acceleration
-    as a `Quantity`, and the run.
+    The function also returns the negative of the largest displacement relative to the clearance, the acceleration as a
+    `Quantity`, and the run.
     """
     levels: Array = OVERLOAD_STEP * np.arange(1.0, round(MOST / OVERLOAD_STEP) + 1.0)
     accelerations = float(f"{sign}1") * STANDARD_GRAVITY * levels

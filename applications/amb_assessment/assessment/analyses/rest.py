@@ -1,4 +1,4 @@
-"""A landing until the rotor is at rest: heat, retainer temperatures, and the change of the force with more modes."""
+"""A landing until the rotor is at rest: heat, retainer temperatures, and how the force changes with more modes."""
 
 from __future__ import annotations
 
@@ -74,14 +74,14 @@ class Outlook:
     swing: float | None
 
     def is_that_of(self, before: Outlook) -> bool:
-        """Return whether a shorter run predicted this time of standstill and a swing that has not decayed since."""
+        """Return whether a shorter run predicted the same time of standstill and the swing has not decayed since."""
         if self.swing is None or before.swing is None or self.swing < STEADY_SWING * before.swing:
             return False
         return math.isclose(self.standstill, before.standstill, rel_tol=SAME_TIME)
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the time and heat until rest, the largest temperature, and the change of the force with more modes."""
+    """Return the time and heat until rest, the largest temperature, and how the force changes with more modes."""
     check_falls(subject)
     Omega = subject.file.speed.highest
     inputs, lost = worst_inputs(subject), without_power(subject, 1.0)
@@ -110,9 +110,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"is free. The rotor is at rest if it stays in its retainers within 5 % of the clearance until the run ends; "
         f"it may rotate. The run ends "
         f"at {100.0 * STOPPED:g} % of the initial speed, or after {longest(subject, LONGEST, MOST_STEPS):.4g} s at the "
-        f"latest. The run ends earlier if the rotor would turn beyond that time and a run of half the duration "
-        f"predicted the "
-        f"same standstill within {100.0 * SAME_TIME:g} % and the same rest or steady rocking.",
+        f"latest. The run ends earlier if the rotor would still turn after that time and a run of half the duration "
+        f"predicted the same time of standstill (within {100.0 * SAME_TIME:g} %) and the same rest or steady rocking.",
         "In addition to friction, the machine's drag brakes the rotor: spin.drag (gas, windage), race_drag and "
         "race_viscous_drag (balls). A race without drag rotates with the rotor for minutes and absorbs hardly any "
         "heat.",
@@ -124,7 +123,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 def _fall(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]) -> Result:
     """Return a run after a loss of power.
 
-    The run ends at standstill, after the longest allowed time, or as soon as a longer run would only confirm its
+    The run ends at standstill, after the longest allowed time, or as soon as a longer run would only confirm the
     prediction.
     """
     fields, most = _without_drive(subject, Omega, lost), longest(subject, LONGEST, MOST_STEPS)
@@ -222,11 +221,11 @@ def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speed
     if coasting is None:
         return
     before = coast_down(times[: 3 * len(times) // 4], speeds[: 3 * len(times) // 4], J, drag)
-    other = "never" if before is None else f"after {before.time:.4g} s"
+    other = "is never reached" if before is None else f"is reached after {before.time:.4g} s"
     share = 100.0 * abs(float(speeds[-1] / speeds[0]))
     basis = (
         f"extrapolated from {share:.3g} % of the speed, with the friction of the second half of the run; without "
-        f"the last quarter of the run: standstill {other}"
+        f"the last quarter of the run, standstill {other}"
     )
     yield Quantity("standstill_time", "extrapolated", coasting.time, "s", {}, basis)
     yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + coasting.heat, "J", {}, basis)
@@ -297,7 +296,7 @@ def _number(value: float | None) -> str:
 def _convergence(
     subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
 ) -> list[Quantity]:
-    """Return the change of the largest averaged force due to twice the modes; empty if there are no more modes.
+    """Return how much doubling the modes changes the largest averaged force; empty if the rotor has no further modes.
 
     In a backward whirl, the force depends on chance: two runs with the same modes differ just as much.
     """
@@ -319,9 +318,10 @@ def _convergence(
         f"over 1 ms"
     )
     whirling = " and ".join(f"{n} shapes" for n, run in runs.items() if _whirls_backward(run))
-    reason = f"the landing with {whirling} whirls backward, and the force of such a landing depends on chance"
+    reason = f"with {whirling} the rotor whirls backward, and the force of a backward whirl depends on chance"
     chaotic = reason if whirling else ""
-    return [Quantity("landing_force_change", "largest force, twice the modes", change, "%", {}, note, chaotic=chaotic)]
+    where = "largest force with twice the modes"
+    return [Quantity("landing_force_change", where, change, "%", {}, note, chaotic=chaotic)]
 
 
 def _whirls_backward(result: Result) -> bool:

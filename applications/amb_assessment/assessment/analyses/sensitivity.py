@@ -121,5 +121,5 @@ def _table(study: StabilityMargin) -> ResultTable:
         for place, item in study.disk_margins.items()
     )
     heads = ("broken at", "disk margin", "at Hz", "gain factor or divisor", "phase (deg)")
-    title = "Margins of all loops, changed at the same time and independently, up to half the sample rate"
+    title = "Margins of all loops under simultaneous, independent changes, up to half the sample rate"
     return ResultTable(title, heads, rows)

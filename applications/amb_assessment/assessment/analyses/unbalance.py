@@ -24,7 +24,7 @@ LEAST_SCALE, LARGEST_SCALE = 1.0, 6.0  # S_cc
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
-    """Return the response at the probes and in the clearances to twice the residual unbalance, placed for each mode."""
+    """Return the response of probes and clearances to twice the residual unbalance, placed to excite each mode."""
     cases = unbalance_cases(subject)
     total = FACTOR * subject.residual_unbalance()
     loads = [case.of(total) for case in cases]
@@ -66,13 +66,14 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"Unbalance: {FACTOR:g} U_r = {1e6 * total:.4g} g mm in total, U_r = 6350 m/N g mm with the mass m in kg; "
         f"each lobe of a mode's shape receives a share at its antinode, in proportion to mass times shape. Shapes are "
         f"undamped, without "
-        "seals and stages; the response includes both. Speeds extend to 1.5 times the largest.",
+        "seals and stages; the response includes both. The speeds extend to 1.5 times the largest "
+        "speed of the machine.",
         "Critical speeds are peaks of this response. Unbalance at other places causes peaks at other speeds; "
         "`amb-cosim study unbalance_response`, for example, uses the unbalances of a scenario.",
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
-        "A_vl/A_max, the probe limit over the largest displacement at the probes in operation, limited to 1 to 6. The "
-        "published text states only the upper limit of 6; the scale represents vibration that rises to the limit, so "
-        "it never reduces a share. The offset of a place is added to the scaled major axis.",
+        "A_vl/A_max, the probe limit over the largest displacement at the probes in operation, with limits of 1 and 6. "
+        "The published text states only the upper limit of 6; the scale represents vibration that rises to the limit, "
+        "so it never reduces a share. The offset of a place is added to the scaled major axis.",
         NEARER,
         *table_notes(subject, float(speeds[-1])),
     )
@@ -82,7 +83,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 
 def _placed(subject: AssessedMachine, cases: list[UnbalanceCase], total: float) -> tuple[tuple[str, ...], ...]:
-    """Return the unbalance that excites each mode, at each position."""
+    """Return, for each mode, the unbalance at each position that excites the mode."""
     return tuple(
         (
             case.name.split(",")[0],

@@ -151,7 +151,7 @@ class Assessment:
 
     @property
     def undecided(self) -> dict[str, str]:
-        """The criteria that are unanswered in some case but failed in none, and the reason for each."""
+        """The criteria that did not fail in any case but are unanswered in at least one, and the reason for each."""
         unanswered = [item for item in self.findings if item.verdict is Judgement.UNANSWERED]
         verdicts = by_criterion(self.findings)
         return self.unmeasured | {
@@ -285,9 +285,9 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> AssessedMac
     """
     if file.shaft_tilt and not file.axial_gravity:
         raise ValueError(
-            f"machine {file.name}: gravity = 0 m/s2 is not allowed with tilt = {file.tilt}, which only sets its "
-            "direction; it must be the gravity of a horizontal machine, such as gravity = '9.81 m/s^2' in the machine "
-            "file"
+            f"machine {file.name}: gravity = 0 m/s2 is not allowed with tilt = {file.tilt}, which only sets the "
+            "direction of gravity; state the gravity as for a horizontal machine, such as gravity = '9.81 m/s^2', in "
+            "the machine file"
         )
     subject = assessed_machine_of(file, flavour)
     _ = subject.loop.axes, subject.facts

@@ -117,7 +117,7 @@ def judge(
     machine: Mapping[str, float],
     unstable: Callable[[], str] = str,
 ) -> list[Finding]:
-    """Return the verdicts on quantities in the order of the criteria, followed by the quantities without a criterion.
+    """Return the verdicts on quantities in the order of the criteria; quantities without a criterion come last.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""What is the machine, and which criteria must it meet? Machine files, criteria files, and the quantities judged."""
+"""What is the machine, and which criteria must it meet? Machine files, criteria files, and the judged quantities."""

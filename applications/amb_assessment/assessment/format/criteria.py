@@ -84,10 +84,10 @@ class Criterion(Table):
             if self.limit or self.zones:
                 raise ValueError(f"criterion {self.key} has known = 'missing' but has limits; state their source")
         elif bool(self.limit) == bool(self.zones):
-            raise ValueError(f"criterion {self.key} needs either limit or zones")
+            raise ValueError(f"criterion {self.key} needs either 'limit' or 'zones'")
         if self.zones and (self.accepted not in self.zones or not self.beyond):
             raise ValueError(
-                f"criterion {self.key} with zones needs both beyond and accepted; accepted must be one of "
+                f"criterion {self.key} with zones needs both 'beyond' and 'accepted'; 'accepted' must be one of "
                 f"{', '.join(self.zones)}"
             )
         if self.zones and list(self.zones.values()) != sorted(self.zones.values()):
@@ -125,7 +125,7 @@ class Criterion(Table):
         return next((name for name, upper in self.zones.items() if value < upper), self.beyond)
 
     def is_met(self, value: float, facts: Mapping[str, float]) -> bool:
-        """Return whether a value meets the criterion; a value at the limit does, unless it is the limit of a zone."""
+        """Return whether a value meets the criterion; a value at the limit meets it, except at the limit of a zone."""
         limit = self.limit_of(facts)
         if self.zones:
             return value < limit
@@ -153,8 +153,8 @@ def check_criteria(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
     Raises
     ------
     ValueError
-        If a criterion names an unknown quantity or variable, its unit differs from the quantity's unit, or a formula
-        has no value. The message names the criterion.
+        If a criterion names an unknown quantity or variable, if its unit differs from the quantity's unit, or if a
+        formula has no value. The message names the criterion.
     """
     for criterion in criteria:
         if criterion.quantity not in QUANTITIES:

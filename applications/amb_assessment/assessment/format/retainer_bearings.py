@@ -161,7 +161,7 @@ class RetainerBearing(Table):
 
 
 def check_sites(bearings: Iterable[RetainerBearing], sites: Iterable[str]) -> None:
-    """Raise a ValueError if a bearing is at none of the `sites`, or two bearings are at the same site."""
+    """Raise a ValueError if a bearing is at none of the `sites`, or if two bearings are at the same site."""
     names, used = list(sites), list[str]()
     for item in bearings:
         if item.at not in names:

@@ -51,7 +51,7 @@ class SolidCore(Table):
     def _is_complete(self) -> SolidCore:
         stated = [name for name in OF_IRON if getattr(self, name) is not None]
         if (self.corner is None) != (len(stated) == len(OF_IRON)) or (self.corner is not None and stated):
-            raise ValueError(f"iron of the thrust bearing needs either corner, or {', '.join(OF_IRON)}")
+            raise ValueError(f"iron of the thrust bearing needs either 'corner', or {', '.join(OF_IRON)}")
         if self.corner is None:
             _ = self.material
         else:
@@ -120,7 +120,7 @@ class ThrustBearing(Table):
             raise ValueError(f"the thrust bearing needs either {both}")
         if sheet and self.iron is not None and self.iron.corner is None:
             raise ValueError(
-                "iron of a thrust bearing with k_i and k_s needs corner, because the gap of the bearing is not stated"
+                "iron of a thrust bearing with k_i and k_s needs 'corner', because the bearing's gap is not stated"
             )
         try:
             _ = self.bearing
@@ -219,7 +219,7 @@ class ThrustBearing(Table):
         return AxialLoop(plant, *control)
 
     def moment_stiffness(self, load: float = 0.0) -> float:
-        """Return the moment per tilt of the disc (N m/rad) under a static force (N); if positive, it destabilises."""
+        """Return the moment per tilt of the disc (N m/rad) under a static force (N); a positive moment destabilises."""
         return moment_stiffness(self.bearing.operating_point(load).k_s, self.bearing.rings)
 
     def largest_moment_stiffness(self, weight: float) -> float:

@@ -1,4 +1,4 @@
-"""The page as PDF, which is printed by a browser, if one is available."""
+"""The page as PDF, printed by a browser if a browser is available."""
 
 from __future__ import annotations
 

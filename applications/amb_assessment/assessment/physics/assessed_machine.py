@@ -85,8 +85,8 @@ class AssessedMachine(Machine):
         Raises
         ------
         ValueError
-            If the machine file has no thrust bearing, if neither of the two controls it, or if both control it but
-            differ.
+            If the machine file has no thrust bearing, if neither its own file nor the machine's controller controls it,
+            or if both control it but differ.
         """
         if self.file.thrust_bearing is None:
             raise ValueError(f"machine {self.file.name} has no [thrust_bearing]")
@@ -128,7 +128,7 @@ class AssessedMachine(Machine):
 
     @property
     def lands_on(self) -> tuple[str, ...]:
-        """The retainers, and the faces, which stop motion along the shaft."""
+        """The retainers and the faces; the faces stop motion along the shaft."""
         return (*self.retainers, *(face.name for face in self.rotor.faces))
 
     @cached_property
@@ -149,7 +149,7 @@ class AssessedMachine(Machine):
         return (*self.retainers, *gaps) if self.retainers else tuple(self.clearances)
 
     def nearest(self, shares: Mapping[str, float]) -> list[str]:
-        """Return the places to judge: of each magnet, the air gap if its share is the largest, otherwise the retainers.
+        """Return the places to judge for each magnet: its air gap if the share there is largest, else its retainers.
 
         Parameters
         ----------
@@ -176,7 +176,7 @@ class AssessedMachine(Machine):
         return self.rotor.mass * self.file.balancing.speed / self.file.speed.highest
 
     def residual_unbalance(self) -> float:
-        """Return the residual unbalance (kg m) of API 617 at the largest speed, which is U_r = 6350 W/N g mm."""
+        """Return the residual unbalance (kg m) of API 617, U_r = 6350 W/N g mm, at the largest speed."""
         return 6350e-6 * self.rotor.mass / (self.file.speed.highest * RPM)
 
 

@@ -113,7 +113,7 @@ def least_stable_case(cases: Mapping[str, LoadCase]) -> tuple[str, LoopStability
 
 
 def axial_instability(subject: AssessedMachine) -> str:
-    """Return why a machine's thrust bearing does not hold the rotor, or "" if it does or the machine has none."""
+    """Return why a machine's thrust bearing does not hold the rotor; "" if the bearing holds it or does not exist."""
     if subject.file.thrust_bearing is None:
         return ""
     _, beyond = static_forces(subject)

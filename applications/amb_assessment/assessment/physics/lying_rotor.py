@@ -37,7 +37,7 @@ def clearances(subject: AssessedMachine) -> Array:
 
 
 def carried_masses(subject: AssessedMachine) -> dict[str, float]:
-    """Return the largest mass (kg) that each retainer carries when the rotor lies; 0 for one that it cannot reach."""
+    """Return the largest mass (kg) that each retainer carries when the rotor lies; 0 for an unreachable retainer."""
     result = dict.fromkeys(subject.retainers, 0.0)
     for lying in lying_on(subject) if result else ():
         for k, mass in zip(lying.at, lying.mass.tolist(), strict=True):
@@ -48,9 +48,9 @@ def carried_masses(subject: AssessedMachine) -> dict[str, float]:
 def lying_on(subject: AssessedMachine) -> list[LyingOn]:
     """Return all sets of one or two retainers in which a falling rotor can whirl.
 
-    A rotor lies on two retainers if each carries a share by the lever rule, and the line through both journals at their
-    lowest points reaches no other retainer. If no pair meets this condition, for example because the centre of mass is
-    beyond the retainers, every pair counts. If the rotor whirls in a single retainer, this retainer carries the
+    A rotor lies on two retainers if each carries a share by the lever rule, and if the line through both journals at
+    their lowest points reaches no other retainer. If no pair meets this condition, for example because the centre of
+    mass is beyond the retainers, every pair counts. If the rotor whirls in a single retainer, this retainer carries the
     smallest of its shares in the pairs, or the whole mass if there are no pairs. Without gravity across the shaft, the
     journals may lean to any side.
     """

@@ -224,7 +224,7 @@ def simulate(
 
 
 def end_of(result: Result) -> Checkpoint | None:
-    """Return the state saved at the end of a run that `goes_on`; None if it ended early or an FMU cannot save it."""
+    """Return the state at the end of a run that `goes_on`; None if the run ended early or an FMU cannot save states."""
     return next(iter(result.checkpoints.values()), None)
 
 
@@ -240,8 +240,8 @@ def settling_cycles(subject: AssessedMachine, Omega: float) -> float:
 
         n = ln(1/REMAINS) Omega/(2 pi |sigma|)                                                         (1)
 
-    sigma is the real part of the pole whose vibration decays most slowly, in the loop without stages and among
-    frequencies up to twice the spin speed.
+    sigma is the real part of the pole whose vibration decays most slowly. Only vibrations of the loop without stages,
+    at frequencies up to twice the spin speed, are considered.
 
     Parameters
     ----------
@@ -311,7 +311,7 @@ def check_falls(subject: AssessedMachine) -> None:
 
 
 def upright(subject: AssessedMachine) -> str:
-    """Return why landings are not realistic for an upright machine that no face stops; otherwise ""."""
+    """Return why landings are not realistic if no face stops the fall of an upright machine's rotor; otherwise ""."""
     if subject.gravity_across or not subject.file.axial_gravity or subject.falls_onto_a_face:
         return ""
     return "gravity acts only along the shaft, and the rotor file has no [[faces]] to stop the fall"

@@ -21,13 +21,13 @@ def least_stable(subject: AssessedMachine, variation: MachineVariation = NOMINAL
 
 
 def speeds_of_run_up(subject: AssessedMachine, count: int) -> Array:
-    """Return ascending speeds (rad/s) up to the trip speed: `count` evenly spaced speeds, and those in the files."""
+    """Return ascending speeds (rad/s) up to the trip speed: `count` evenly spaced ones, and the speeds in the files."""
     speed = subject.file.speed
     return with_tables(subject, np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest]))
 
 
 def spectral_radius(quantity: str, stability: LoopStability, name: str = "") -> Quantity:
-    """Return the spectral radius of a loop; `name`, the motion of the decisive pole and the spin speed describe it."""
+    """Return the spectral radius of a loop, labelled with `name`, the decisive pole's motion, and the spin speed."""
     N = float(rpm(stability.speed))
     facts = {"growth_rate": stability.growth_rate, "frequency": hertz(stability.frequency), "N": N}
     return Quantity(quantity, f"{name}{motion_and_speed(stability)}", stability.radius, "1", facts, stability.note)

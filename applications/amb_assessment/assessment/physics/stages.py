@@ -54,7 +54,7 @@ def with_tables(subject: AssessedMachine, speeds: Array) -> Array:
 
 
 def table_notes(subject: AssessedMachine, highest: float) -> list[str]:
-    """Return sentences on tables of seals, stages and controller that do not cover 0 to the highest speed (rad/s).
+    """Return sentences on tables of seals, stages and controller that do not extend from 0 to a highest speed (rad/s).
 
     Coefficients that are frozen at a whirl frequency are also listed.
     """

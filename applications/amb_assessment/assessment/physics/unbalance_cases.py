@@ -27,8 +27,8 @@ class UnbalanceCase:
     shape
         Shape of the mode at the nodes, scaled so that the largest value is 1.
     shares
-        Share of the total unbalance by node, with the sign of the shape. Each lobe has a share in proportion to its
-        modal mass, at its antinode.
+        Share of the total unbalance by node, with the sign of the shape. Each lobe receives, at its antinode, a share
+        in proportion to its modal mass.
     lobes
         First and last node of each lobe, in the order of `shares`.
     """
@@ -44,9 +44,9 @@ class UnbalanceCase:
 
 
 def unbalance_cases(subject: AssessedMachine) -> list[UnbalanceCase]:
-    """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, and at least two.
+    """Return cases for all modes with undamped critical speeds up to 1.5 times the trip speed, but at least two.
 
-    The mode shapes are those of the rotor on its bearings, with their stiffness at the largest speed and without seals.
+    The mode shapes are those of the rotor without seals on its bearings, whose stiffness is that at the largest speed.
     If this stiffness differs between x and y, each direction has its own cases.
     """
     speed = subject.file.speed

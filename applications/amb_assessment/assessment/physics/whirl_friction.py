@@ -41,7 +41,7 @@ def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
     subject
         The machine, with seals and stages.
     friction
-        Largest friction coefficient of the landings, which criteria compare with the result.
+        Largest friction coefficient of the landings; criteria compare it with the result.
     """
     standing = not subject.gravity_across and subject.falls_onto_a_face
     find = _least_friction_on_face if standing else _least_friction
@@ -72,9 +72,9 @@ def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
         for factor in (1.0, UNKNOWN, 1.0 / UNKNOWN)
     )
     note = (
-        "friction at which whirl grows twentyfold before the race turns with it; the stiffness of the face has not "
-        f"been measured: with {UNKNOWN:g} times this stiffness the value is {stiffer:.3g}, with a third of it "
-        f"{softer:.3g}"
+        "friction at which whirl grows twentyfold before the race turns with the rotor; the stiffness of the face has "
+        f"not been measured: with {UNKNOWN:g} times this stiffness, the value is {stiffer:.3g}; with a third of this "
+        f"stiffness, it is {softer:.3g}"
     )
     return Quantity("whirl_friction", where, value, "1", {"stiffer": stiffer}, note)
 
@@ -120,7 +120,7 @@ def chance(least: Quantity) -> str:
     if least.value >= MARGIN * friction:
         return ""
     return (
-        f"friction of {friction:g} is more than half of the {least.value:.3g} that drives a landing into whirl, "
+        f"friction of {friction:g} is more than half of the {least.value:.3g} that drives a falling rotor into whirl, "
         "so the outcome of each landing depends on chance"
     )
 

@@ -1,4 +1,4 @@
-"""Guards: native slaves that run their kernels through PythonFMU's library; one per platform serves all models."""
+"""Guards: native slaves that run kernels through PythonFMU's library; one guard per platform serves all models."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def check_guarded(platforms: Iterable[str]) -> list[str]:
     Raises
     ------
     ValueError
-        If no platform is given, or PythonFMU has no library for one of them.
+        If no platform is given, or if PythonFMU has no library for a given platform.
     """
     wanted = set(platforms)
     unknown = sorted(wanted - {*SYSTEMS, "all"})
     if unknown or not wanted:
         what = f"PythonFMU has no library for {', '.join(unknown)}" if unknown else "no platform was named"
-        raise ValueError(f"{what}; FMUs of flavour python exist for {', '.join(SYSTEMS)}, or for all of these")
+        raise ValueError(f"{what}; for flavour python, choose from {', '.join(SYSTEMS)} and all (every one of these)")
     return [name for name in SYSTEMS if wanted & {name, "all"}]
 
 

@@ -82,7 +82,7 @@ def host_platform() -> str:
         ("linux", "aarch64"): "aarch64-linux",
     }
     if here not in names:
-        raise ValueError(f"there is no native FMU for {' '.join(here)}; there are {', '.join(PLATFORMS)}")
+        raise ValueError(f"there is no native FMU for {' '.join(here)}; native FMUs exist for {', '.join(PLATFORMS)}")
     return names[here]
 
 
@@ -92,7 +92,7 @@ def check_platforms(platforms: Iterable[str]) -> list[str]:
     Raises
     ------
     ValueError
-        If no platform is given, or one is unknown.
+        If no platform is given, or a platform is unknown.
     """
     wanted = set(platforms)
     unknown = sorted(wanted - {*TARGETS, "all"})
@@ -163,7 +163,7 @@ def _zig(arguments: list[str], folder: Path) -> str:
 
 
 def _cache(folder: Path) -> dict[str, str]:
-    """Return zig's cache variable, a path in `folder`; none if it is already set or the usual cache is private."""
+    """Return zig's cache variable with a path in `folder`; empty if the variable is set or the usual cache is safe."""
     usual = platformdirs.user_cache_path("zig", appauthor=False)
     with suppress(OSError):
         usual.mkdir(parents=True, exist_ok=True)

@@ -108,7 +108,7 @@ def sizes(model: Model, constants: Array) -> tuple[int, int]:
 
 
 def linear_state_file(model: Model, constants: Array) -> dict[str, bytes]:
-    """Return the file that describes the linear part of the state, by its path; empty if that part is unknown."""
+    """Return, by path, the file that describes the linear part of the state; empty if that part is unknown."""
     if model.linear_state is None:
         return {}
     places = {"size": sizes(model, constants)[0], **model.linear_state(constants)._asdict()}

@@ -79,7 +79,7 @@ def engine(models: Sequence[Kernels], platform: str) -> Engine:
     Raises
     ------
     ValueError
-        If the engine must be compiled, but a compiler is missing, or a kernel needs Python when it runs.
+        If the engine must be compiled but a compiler is missing, or if a kernel needs Python when it runs.
     """
     return find_or_compile(engine_place(models, platform), lambda: _compile(models, platform))
 

@@ -1,8 +1,8 @@
-"""The cache of built and unpacked FMUs: the user's folder, or a folder of this process if that is not writable.
+"""The cache of built and unpacked FMUs: the user's folder or, if this is not writable, a folder of this process.
 
 If the cache exceeds `LIMIT` bytes, a new entry displaces the least recently used ones, except those used within the
-last day. The cache is measured at most once an hour, because that takes a second for thousands of entries. Only folders
-whose names belong to this cache are removed.
+last day. The size of the cache is measured at most once an hour, because this takes a second for thousands of entries.
+Only folders whose names belong to this cache are removed.
 """
 
 from __future__ import annotations

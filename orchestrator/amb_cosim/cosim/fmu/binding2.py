@@ -156,7 +156,8 @@ def _receive(environment: Any, instance: bytes | None, status: int, category: by
     """Append a log message to the log of its instance.
 
     fmpy has one logger per process. A PythonFMU FMU calls the logger of the instance created last, but names its own
-    instance in the text. Other FMUs may name no instance, or a wrong one, so the environment identifies them.
+    instance in the text. Other FMUs may name no instance, or a wrong one; the argument `environment` then identifies
+    the instance.
     """
     text = (message or b"").decode("utf-8", "replace").strip()
     named, _, rest = text.partition(": ")

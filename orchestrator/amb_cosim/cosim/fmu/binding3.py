@@ -1,8 +1,8 @@
 """FMI 3.0 FMUs for co-simulation: scalars and arrays are supported, but not event mode, early return or clocks.
 
 The compiled loop calls functions with the signatures of FMI 2.0. The functions in `binding3.c` have these signatures,
-but call an FMI 3.0 FMU. They receive an `_Instance` in place of an instance, and the address of a `_Group` in place of
-value references.
+but call an FMI 3.0 FMU. They receive an `_Instance` in place of an FMU instance, and the address of a `_Group` in place
+of value references.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class _Group(Structure):
 
 @dataclass(frozen=True, eq=False)
 class _GroupTransfer(Transfer):
-    """A transfer of a group of values; selecting some of the values creates another group."""
+    """A transfer of a group of values; `only` returns the transfer of another group, with the selected values."""
 
     binding: Binding3
     call: str
@@ -149,7 +149,7 @@ class Binding3(Binding):
             raise FMICallException(self.function("DoStep"), DISCARD)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Return phrases on what the FMU reported besides its status, or on a value that does not fit its variable."""
+        """Return phrases on what the FMU reported besides its status, or on a value that its variable cannot hold."""
         phrases = {
             NOTHING: [],
             ENDS: ["terminateSimulation is true"],

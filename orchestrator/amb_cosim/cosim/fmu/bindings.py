@@ -20,9 +20,9 @@ MOST_WARNINGS, MOST_INFORMATION = 100, 10  # stored per instance; of faults, as 
 class Log:
     """Log messages of an instance, with their status.
 
-    Of the warnings, the log keeps the first `MOST_WARNINGS`; of the messages for information, the last
-    `MOST_INFORMATION`; and of the faults, the first `MOST_WARNINGS` and the last `MOST_INFORMATION`. `in_words`
-    replaces references in a text by names.
+    The log keeps the first `MOST_WARNINGS` warnings and the last `MOST_INFORMATION` messages for information. Of the
+    faults, it keeps the first `MOST_WARNINGS` and the last `MOST_INFORMATION`. `in_words` replaces references in a text
+    by names.
     """
 
     def __init__(self) -> None:
@@ -106,7 +106,7 @@ class Binding:
 
 
 def check_status(function: str, status: int | None) -> None:
-    """Raise an error for any status but OK and Warning; methods of FMPy may return none, or accept a negative one."""
+    """Raise an error for a status other than OK and Warning; FMPy may return no status, or accept a negative one."""
     if status is not None and not 0 <= status <= WARNING:
         raise FMICallException(function=function, status=status)
 

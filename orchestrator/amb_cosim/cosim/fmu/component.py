@@ -326,7 +326,7 @@ class FmuComponent:
         return self._fmu
 
     def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: StartValues, every: int) -> None:
-        """Set the start values of a run, and the variables that it exchanges."""
+        """Set the start values of a run, and prepare the exchange of its inputs and outputs."""
         self.every = every
         self._has_refused = False
         self.stop_time: float | None = None

@@ -71,7 +71,7 @@ class Group:
         self.where = np.array([position for position, _ in ports], np.intp)
 
     def fill(self, values: Mapping[str, float]) -> None:
-        """Set array elements that are not exchanged to their `values`, by name, or otherwise to their start values."""
+        """Set array elements that are not exchanged to their values in `values` (by name), or else to start values."""
         for k, port in self._unexchanged:
             self._view[k] = values.get(port.name, port.start or 0.0)
 

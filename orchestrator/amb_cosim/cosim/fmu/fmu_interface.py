@@ -55,7 +55,7 @@ class Port:
 
     @property
     def set_as(self) -> str:
-        """Whether a user sets the variable as an `input` or a `parameter`; an empty text if only the FMU computes it.
+        """How a user sets the variable: as an `input` or a `parameter`; an empty text if only the FMU computes it.
 
         A start value, such as the initial height of a falling ball, is set before initialisation like a parameter.
         """
@@ -152,7 +152,7 @@ class FmuInterface:
     return to an earlier state. If `serialises_state` is set, a state can be converted to bytes. `states` are the names
     of the continuous states and their time derivatives, if an FMI 2.0 FMU lists them and provides directional
     derivatives. `fmi` is the version of FMI. A process can have only one instance of an FMU that is `once_per_process`.
-    `texts` are its String and Binary variables. `deviations` are the rules of FMI that its description breaks.
+    `texts` are its String and Binary variables. `deviations` lists the rules of FMI that its description breaks.
     `internal_step` and `tolerance` are the step size (s) and the relative tolerance of its default experiment. If
     `reports_faults` is set, the FMU was made by this project, so its output `fault_code` is 0 unless there is a fault.
     """

@@ -27,8 +27,8 @@ def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
     Raises
     ------
     ValueError
-        If the FMU has no library, or has PythonFMU's library without a script, because loading it would end the
-        process.
+        If the FMU has no library, or has PythonFMU's library without a script, because loading such an FMU would end
+        the process.
     """
     identifier = interface.identifier
     if not re.fullmatch(r"\w[\w .+-]*", identifier):

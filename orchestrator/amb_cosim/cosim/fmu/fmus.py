@@ -136,7 +136,7 @@ def is_model(fmu: FmuSource) -> bool:
 
 
 def is_placeholder(fmu: FmuSource) -> bool:
-    """Return whether a component is only the name of a model that must be made from a file."""
+    """Return whether a component is given only by the name of a model that must be made from a file."""
     return fmu in MADE_FROM_FILE.values()
 
 
@@ -197,7 +197,7 @@ def fmu_with_starts(
 
 
 def ingredients(fmu: FmuSource, **options: Any) -> dict[str, Any]:
-    """Return the files and objects that a component's FMU is made from, by option of its model, or the FMU's file."""
+    """Return the files and objects that a component's model is made from, by option of the model, or the FMU's file."""
     if not is_model(fmu):
         return {"FMU": Path(str(fmu))}
     name, options = _resolved(fmu, options)
@@ -311,7 +311,7 @@ def _versions() -> tuple[str, str]:
 
 
 def _with_file(source: Source, name: str, option: Any) -> Any:
-    """Return the file that the value of an option names, if the source declares files for it; otherwise, the value."""
+    """Return the file that an option's value names if the source declares files for this option, or else the value."""
     files = getattr(source, "files", {})
     return files[name](option) if name in files and isinstance(option, str | Path | None) else option
 

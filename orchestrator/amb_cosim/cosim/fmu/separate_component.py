@@ -29,7 +29,7 @@ def _forwarded(method: str) -> Callable[..., Any]:
 
 
 class SeparateComponent(FmuComponent):
-    """An `FmuComponent` in a separate process, with the same arguments and errors, and `ProcessFailed` in addition."""
+    """An `FmuComponent` in a separate process; the arguments and errors are the same, with `ProcessFailed` added."""
 
     def __init__(
         self,
@@ -83,7 +83,7 @@ class SeparateComponent(FmuComponent):
         return []
 
     def close(self) -> None:
-        """Terminate and free the instance and end its process; it never raises."""
+        """Terminate and free the instance, and end its process; raise no error."""
         with suppress(Exception):
             if self._process.returncode is None:
                 self._ask("close")

@@ -1,4 +1,4 @@
-"""Inputs over time: values that change at communication points, steps and piecewise linear profiles."""
+"""Inputs over time: values that change at communication points, by events or along piecewise linear profiles."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Schedule:
 
 
 class PiecewiseConstant(Schedule):
-    """A schedule of events: from communication point n on, a position takes a value."""
+    """A schedule of events: from communication point n on, the input at a position has a new value."""
 
     def __init__(self, events: Iterable[tuple[int, int, float]]) -> None:
         ordered = sorted(events, key=itemgetter(0))

@@ -76,7 +76,7 @@ def nearest_point(name: str, time: float, h: float, start: float = 0.0) -> int:
     Raises
     ------
     ValueError
-        If it is not a time, or more than `MOST_STEPS` steps away.
+        If it is not a time, or is more than `MOST_STEPS` steps away.
     """
     if not abs((time - start) / h) <= MOST_STEPS:
         limit = f"{MOST_STEPS * h:g} s ({MOST_STEPS:.0e} steps of {h:g} s)"

@@ -1,9 +1,9 @@
 """The data of a run for the compiled master loop, `loop.c`, which calls FMI functions directly.
 
 The compiled loop repeats the loop in `master`, the readable reference, operation by operation, and records the same
-values to the last bit. Unlike that loop, it fetches outputs that no component reads only when they are recorded. The
-run consists of blocks of steps, between which Python checks for interrupts and reports progress. If steps are slow, a
-clock ends a block early.
+values to the last bit. Outputs that no component reads are fetched only when they are recorded, whereas `master`
+fetches them at every point. The run consists of blocks of steps, between which Python checks for interrupts and reports
+progress. If steps are slow, a clock ends a block early.
 
 The loop runs without the interpreter lock. FMUs that contain Python acquire this lock for each of their calls, as in
 any host.
@@ -98,7 +98,7 @@ _TYPES: dict[type, Any] = {np.ndarray: c_void_p, bool: c_bool, float: c_double, 
 
 
 class End(Structure):
-    """End of a block of steps: last point reached, number of rows, failed call, and the condition met, or -1."""
+    """End of a block of steps: last point reached, number of rows, failed call, and the condition met (-1 if none)."""
 
     _fields_ = [(name, c_ssize_t) for name in ("reached", "row", "component", "call", "status", "met")]
 

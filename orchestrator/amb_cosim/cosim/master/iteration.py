@@ -9,8 +9,8 @@ the step, u = (1 - w) y(t) + w y(t + h):
 
 y(t + h) is known only after the step. All components first step with the values at t, in Gauss-Seidel order. Then the
 components whose inputs have changed step again from their states at t, until no input changes by more than `TOLERANCE`
-of its largest value so far. Each repetition multiplies the error by the loop gain over a step, which vanishes with h.
-If inputs still change after `MOST_REPETITIONS`, the step fails.
+of its largest value so far. Each repetition multiplies the error by the loop gain over a step; this gain vanishes with
+h. If inputs still change after `MOST_REPETITIONS`, the step fails.
 """
 
 from __future__ import annotations

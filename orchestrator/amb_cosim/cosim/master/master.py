@@ -156,7 +156,7 @@ class Master(Generic[P]):
         self._pass_changes()
 
     def _pass_changes(self) -> None:
-        """Send changed inputs to components in step mode and fetch outputs, in at most as many rounds as components."""
+        """Send changed inputs and fetch outputs in step mode, in at most as many rounds as there are components."""
         for _ in self.components:
             changed = [i for i in range(len(self.components)) if self._has_other_inputs(i)]
             if not changed:

@@ -20,7 +20,7 @@ SHARE_OF_MEMORY = 0.75  # of this machine's memory that a process of FMUs may us
 
 @contextmanager
 def child_process(module: str, arguments: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
-    """Start a process that runs a module of `cosim` and reads the pickled arguments; end the process with the block."""
+    """Run a module of `cosim` in a process that reads the pickled arguments; end the process when the block ends."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)}
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", f"amb_cosim.cosim.{module}"],

@@ -46,7 +46,7 @@ class FiniteWatch:
             self.see([n], values[self.positions][None, :])
 
     def see(self, points: Sequence[int] | Indices, rows: Array) -> None:
-        """Check values at the chosen positions, with a row for each point, in ascending order."""
+        """Check the values at the chosen positions, given in a row for each point, in ascending order."""
         if np.isfinite(rows).all():
             return
         for firsts, mask in ((self.nan, np.isnan(rows)), (self.infinite, np.isinf(rows))):

@@ -80,7 +80,7 @@ def with_own_names(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def check(path: Path) -> None:
-    """Raise ValueError if bytes after the end of a NetCDF-4 file are not its checksum; other programs write none."""
+    """Raise ValueError if bytes after the end of a NetCDF-4 file are not its checksum; other programs add no bytes."""
     with path.open("rb") as file:
         begin = file.read(36)
         if begin[8:9] not in (b"\2", b"\3"):  # earlier formats, which 0.2.0 wrote, store the length elsewhere

@@ -83,7 +83,7 @@ class Recorder:
         self._points[: self._rows], self._table[: self._rows] = points, table
 
     def see(self, n: int) -> None:
-        """Note that the run has reached point n."""
+        """Update the last point that the run has reached."""
         if n >= 0:
             self._latest = time.perf_counter()
             if self._reached is None:
@@ -105,7 +105,7 @@ class Recorder:
         rows, n_steps = self._rows + due, self.step_rows.rows_until(last + 1) if len(self.each) else 0
         size, most = COPIES * 8.0 * (rows * len(self._positions) + n_steps * len(self.each)), physical_memory()
         if size > most and not may_stop:
-            every_step = f", and of {len(self.each)} of them at every step in {n_steps} rows," if len(self.each) else ""
+            every_step = f", plus {len(self.each)} of them at {n_steps} steps," if len(self.each) else ""
             raise ValueError(
                 f"the record of {len(self._positions)} variables at {rows} points{every_step} needs {size / 1e9:.3g} "
                 f"GB of memory, and this machine has {most / 1e9:.3g} GB; to reduce the record, set fewer "
@@ -123,7 +123,7 @@ class Recorder:
         return RecordBuffer(*table, self.each, len(self.each), *of_steps)
 
     def fill(self, rows: int, reached: int) -> None:
-        """Note that `rows` rows are in use after the points up to `reached`."""
+        """Set the number of rows that are in use after the points up to `reached`."""
         self._rows = rows
         if len(self.each):
             self.step_rows.wrote(reached + 1)

@@ -20,7 +20,9 @@ LONGEST_ROW = 0.5e-3  # s, half of the window over which contact forces are aver
 
 
 def steps_in_row(n_steps: int, every: int, step_size: float) -> int:
-    """Return the steps per row: the smallest divisor of `every` with at most `MOST_ROWS` rows, or else the largest.
+    """Return the steps per row: the smallest divisor of `every` that gives at most `MOST_ROWS` rows.
+
+    A row is at most `LONGEST_ROW` long. If this requires more rows, the largest divisor that it allows is returned.
 
     Parameters
     ----------
@@ -92,7 +94,7 @@ class StepRows:
         return complete_rows(self._first, end, self.steps)[0]
 
     def wrote(self, end: int) -> None:
-        """Note that the table contains the points up to `end` - 1."""
+        """Extend the used part of the table to the point `end` - 1."""
         if end > self._next:
             self._n += end - self._next
             self._next = end

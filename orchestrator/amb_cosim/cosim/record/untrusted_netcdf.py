@@ -35,7 +35,7 @@ DIMENSIONS, REFERENCES = "DIMENSION_LIST", "REFERENCE_LIST"  # attributes that r
 
 
 def check_content(path: Path) -> None:
-    """Raise ValueError if an object of a NetCDF-4 file lies in another file, or announces more than the file can hold.
+    """Raise ValueError if an object of a NetCDF-4 file lies in another file, or has more data than the file can hold.
 
     The file may contain only what `netcdf` writes: one-dimensional arrays of numbers, and attributes that are numbers
     or single texts. Arrays are contiguous, or in chunks with the filters in `FILTERS`. Attributes that define an
@@ -97,7 +97,7 @@ def _stored(array: Any) -> int:
     announced = array.dtype.itemsize * math.prod(-(-n // m) * m for n, m in zip(array.shape, chunk, strict=True))
     if announced > stored * (MOST_INFLATED if array.chunks else 1):
         raise ValueError(
-            f"{array.name} declares {announced} bytes, but its {stored} bytes in the file cannot hold them"
+            f"{array.name} declares {announced} bytes of data, more than its {stored} bytes in the file can hold"
         )
     return stored
 

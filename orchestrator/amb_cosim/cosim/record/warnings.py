@@ -105,7 +105,7 @@ def _of_output(
 
 
 def _with_ranges(declared: str, sentence: str, during: Mapping[str, Array]) -> str:
-    """Replace each value in a logged sentence by a range of that value and the samples of its variable in `during`."""
+    """Replace each value in a logged sentence by the range of this value and its variable's samples in `during`."""
     texts = re.split(r"\{([^}]*)\}", declared)  # texts and, between them, variables
     logged = re.fullmatch("(.*)".join(map(re.escape, texts[::2])), sentence, re.DOTALL)
     if logged is None:

@@ -50,7 +50,7 @@ class Head(BaseModel):
     @field_validator("past")
     @classmethod
     def _has_parameters_by_component(cls, past: dict[str, Any]) -> dict[str, Any]:
-        """Return the past if its parameters are grouped by component; a run reads them before it compares the pasts."""
+        """Return the past; raise ValueError if its parameters are not grouped by component, as a run requires."""
         parameters = past.get("parameters", {})
         if not isinstance(parameters, dict) or not all(isinstance(values, dict) for values in parameters.values()):
             raise ValueError("parameters")

@@ -37,7 +37,7 @@ def check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) -> 
 
 
 def check_numbers(start: Checkpoint, plan: Plan) -> None:
-    """Raise ValueError if a checkpoint contains NaN from an FMU of this project, because its outputs are never NaN."""
+    """Raise ValueError if a checkpoint contains NaN from an FMU of this project, whose outputs are never NaN."""
     signals = np.array([[*start.signals.values()]])
     for names, rows in (
         (start.recorded, start.table),

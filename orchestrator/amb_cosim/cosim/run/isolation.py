@@ -1,8 +1,8 @@
 """Runs FMUs in a separate process; if an FMU crashes or hangs, this process raises an error and continues.
 
 A run ends the processes that its FMUs started. On Linux, it ends all of them; on other systems, and after a crash of
-the separate process, it ends only those that stayed in the group of this process. This is not a sandbox: the FMUs have
-the user's permissions.
+the separate process, it ends only those that stayed in the group of the separate process. This is not a sandbox: the
+FMUs have the user's permissions.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def _wait_until_closed(process: subprocess.Popen[bytes]) -> str:
 
 
 def _with_warning(recording: Recording, assembly: Assembly, fault: str) -> Recording:
-    """Return a recording with a warning about a later error, which names the components that may have caused it."""
+    """Return a recording with a warning about a later error; it names the components that may have caused the error."""
     if not fault:
         return recording
     text = (

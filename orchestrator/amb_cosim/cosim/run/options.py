@@ -29,8 +29,8 @@ class Saves:
     Attributes
     ----------
     points
-        Communication points. A state is saved at the requested point or, if components have not completed their steps
-        there, at the last earlier point at which all have.
+        Communication points. A state is saved at the requested point. If some components have not completed their steps
+        there, it is saved at the last earlier point at which all components have.
     file, every
         File of automatic checkpoints, each of which replaces the previous one, and the wall-clock time between them
         (s).
@@ -47,7 +47,7 @@ class Saves:
     moments: Sequence[Raw] = ()
 
     def for_plan(self, plan: Plan) -> Saves:
-        """Return these saves with the points of all moments, but without automatic ones if an FMU cannot serialise.
+        """Return these saves with the points of all moments; drop automatic saves if an FMU cannot serialise its state.
 
         Raises
         ------
@@ -126,7 +126,7 @@ def _resumed(file: Path | None, plan: Plan) -> Checkpoint | None:
         checkpoint = Checkpoint.load(file)
         checkpoint.check_past(state_fingerprint(plan, checkpoint.point), plan.assembly.sources)
         if checkpoint.point > plan.last:
-            raise ValueError(f"the run ends before {checkpoint.title} at t = {checkpoint.time:.9g} s")
+            raise ValueError(f"the run ends before {checkpoint.title}, which is at t = {checkpoint.time:.9g} s")
     except ValueError as error:
         log.warning("the run starts from the beginning: %s", error)
         return None

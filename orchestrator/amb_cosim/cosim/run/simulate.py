@@ -71,7 +71,7 @@ def simulate(
     Raises
     ------
     ValueError
-        If the file, a connection or a value is wrong, or no model takes an option.
+        If the file, a connection or a value is wrong, or an option belongs to no model.
     StartFailed, FmuError
         If an FMU cannot be loaded or refuses to start.
     ProcessFailed

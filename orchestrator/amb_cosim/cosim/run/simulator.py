@@ -1,4 +1,4 @@
-"""A plan with its loaded FMUs and its record, which is started or resumed, run from point to point, and saved."""
+"""A plan with its loaded FMUs and its record; it is started or resumed, advanced from point to point, and saved."""
 
 from __future__ import annotations
 
@@ -219,8 +219,8 @@ class Simulator:
     def resume(self, start: Checkpoint) -> int:
         """Bring a new run to a checkpoint, and return its point.
 
-        If the states are held in memory, the caller must already have compared the past. FMUs of this project accept a
-        state without initialisation.
+        If the states are held in memory, the caller must already have compared its past with that of the run. FMUs of
+        this project accept a state without initialisation.
 
         Raises
         ------
@@ -275,7 +275,7 @@ def with_simulated_settling(plan: Plan, notice: str) -> Plan:
 
 
 def _shorter_last_steps(plan: Plan) -> dict[int, tuple[int, float]]:
-    """Return the point and size (s) of the last step of each component that shortens this step to end with the plan."""
+    """Return the beginning (a point) and size (s) of the last step of each component whose last step is shortened."""
     end, last_steps = plan.time(plan.last), {}
     for i, c in enumerate(plan.system.components):
         point = (plan.last - 1) // c.every * c.every

@@ -29,8 +29,8 @@ SET, MAP = "application/x-ssp-parameter-set", "application/x-ssp-parameter-mappi
 class Setting:
     """Values of a variable, or of the elements of an array; `name` is its name in a system or component.
 
-    `law` is the linear transformation of a mapping, which follows the conversion of units. `suppresses_units` disables
-    this conversion.
+    `law` is the linear transformation of a mapping; it is applied after the conversion of units. `suppresses_units`
+    disables this conversion.
     """
 
     name: str
@@ -109,7 +109,7 @@ def _mapped(settings: list[Setting], entries: Any, owner: str) -> Iterator[Setti
 
 
 def _translated(value: ParameterValue, entry: Any, what: str) -> ParameterValue:
-    """Return a value, translated by the table (of Booleans, Integers or Enumerations) of a mapping entry, if any."""
+    """Return a value, translated by a mapping entry's table of Booleans, Integers or Enumerations if it has one."""
     for element in entry:
         kind = etree.QName(element).localname
         if kind not in TABLES:

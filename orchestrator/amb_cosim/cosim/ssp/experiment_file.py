@@ -57,10 +57,11 @@ def notes(run: Described, has_start_values: bool) -> bytes:
     order = ", ".join(c.name for c in plan.system.components)
     sequence = {
         "gauss_seidel": f"Sequential (Gauss-Seidel): step the components in the order {order}; each reads the outputs "
-        "of earlier ones at the end of their step.",
+        "of earlier components at the end of their step.",
         "jacobi": "Parallel (Jacobi): all components read the outputs of the others at the beginning of the step.",
         "iterative": "Iterative: steps are repeated from saved states until inputs agree with the outputs at the end "
-        f"of the step. A tool that cannot do so can step the components one after another, in the order {order}.",
+        f"of the step. A tool that cannot repeat steps can step the components one after another, in the order "
+        f"{order}.",
     }[plan.system.coupling]
     parts = [
         f"# {run.name}",

@@ -85,9 +85,7 @@ class FlatSystem:
         ]
         for what, differing in (("kinds and types", self._contradictions()), ("units", other)):
             if differing:
-                notices.append(
-                    f"{what} of connectors differ from those in the FMUs, which apply: {', '.join(differing)}"
-                )
+                notices.append(f"{what} of connectors are ignored where the FMUs differ: {', '.join(differing)}")
         if self._unconnected:
             notices.append(f"values of connectors that are not connected are ignored: {', '.join(self._unconnected)}")
         if any(node.name == TIME for node in self.nets.delivered):
@@ -160,7 +158,7 @@ class FlatSystem:
         return tuple(signals)
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return the outputs of the whole: connectors of the outermost system to which outputs of components lead."""
+        """Return the outputs of the archive: connectors of the outermost system to which outputs of components lead."""
         return tuple(
             output
             for node, value in self.nets.delivered.items()

@@ -81,7 +81,7 @@ class Nets:
             raise ValueError(f"{self.what}: a connection{system} joins {ends}; {problem}")
 
     def _supplies(self, node: Node, place: str) -> bool | None:
-        """Return whether a connector supplies the value of a connection in system `place`; None if it may do either."""
+        """Return whether a connector is the source of a connection in system `place`; None if it may be either end."""
         supplies = SUPPLIES.get(self.causality(node))
         is_inside = (node.kind, node.place) == ("system", place)
         return not supplies if is_inside and supplies is not None else supplies

@@ -57,7 +57,7 @@ class Described:
 
     @property
     def changing(self) -> dict[str, tuple[str, ...]]:
-        """Inputs that each connector feeds, by its name: those of a signal, or one that changes during the run."""
+        """Inputs that each connector feeds, by connector: a signal's inputs, or an input that changes in the run."""
         plan, system = self.plan, self.plan.system
         scheduled = {name for _, name, _ in plan.events} | {r.variable for r in plan.ramps}
         scheduled |= {ramp.slope for ramp in plan.ramps if ramp.slope is not None}

@@ -103,8 +103,8 @@ class Assignments:
         Raises
         ------
         ValueError
-            As for `set`. Also for a nonzero value if a replacing component lacks the input, because a run would
-            otherwise ignore a load or fault unnoticed.
+            As for `set`, and also if the value is not zero and a replacing component lacks the input, because a run
+            would otherwise silently ignore a load or fault.
         """
         if self.lacks(name, "input") and not is_zero(raw):
             value = str(raw).lower() if isinstance(raw, bool) else raw
@@ -166,7 +166,7 @@ class Assignments:
         return [f"{component}.{variable}" for variable in matching]
 
     def read(self, name: str, raw: Raw, only: str | None = None) -> tuple[str, float]:
-        """Return the name under which a value is stored (a signal's name if one feeds the input), and the number."""
+        """Return the name under which a value is stored (a signal's name if it feeds the input), and the number."""
         signal = self.system.signal(name) or self.system.signal_of(name)
         value = 0.0
         if signal is not None and signal.port is not None:
@@ -177,7 +177,7 @@ class Assignments:
         return (signal.name if signal is not None else name), value
 
     def read_change(self, name: str, raw: Raw) -> tuple[str, float]:
-        """As `read`, for a value to which an input or a tunable parameter changes during the run."""
+        """Read, as `read` does, a value to which an input or a tunable parameter changes during the run."""
         component, variable = self.system.divide(name)
         port = self.interfaces[component].ports.get(variable) if component in self.interfaces else None
         is_tunable = port is not None and port.causality == "parameter" and port.variability == "tunable"

@@ -14,10 +14,10 @@ from amb_files.wildcards import is_pattern, matches, matching_names
 def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
     """Return the system with its patterns replaced by the names that they match in these interfaces.
 
-    A connection whose two ends have the same pattern connects every output of one component with the input of the other
-    component that has the same name, if both match and nothing else feeds the input. The pattern of the inputs may have
-    an additional ending, without `*` and `?`, with which their names must end. The name of a variable that contains
-    such a character, for example `open?`, is not a pattern.
+    If both ends of a connection have the same pattern, it connects matching outputs of one component with the inputs of
+    the same names of the other component. Inputs that something else feeds are excluded. The pattern of the inputs may
+    have an additional ending, without `*` and `?`; the names of inputs must then have this ending. The name of a
+    variable that contains such a character, for example `open?`, is not a pattern.
 
     Raises
     ------

@@ -30,7 +30,7 @@ def experiment_plan(
     settings: Mapping[str, Raw] | None = None,
     values: Assignments | None = None,
 ) -> Plan:
-    """Plan an experiment on the time grid of the master; every time except the end is rounded to the nearest point.
+    """Plan an experiment on the time grid of the master; all times except the end are rounded to the nearest point.
 
     Parameters
     ----------
@@ -147,7 +147,9 @@ def _end(experiment: Experiment, origin: float, system: System, values: Assignme
 
 
 def _settling(experiment: Experiment, common: int) -> tuple[Settling, list[str]]:
-    """Return how a run settles, with a notice if not as requested; all components start a step every `common` steps.
+    """Return how a run settles, and a notice if this is not the requested way.
+
+    All components start a step at the same time every `common` communication steps.
 
     Raises
     ------
@@ -181,12 +183,12 @@ def simulated_settling_notice(reason: str) -> str:
 def _without_lacking(
     changes: Sequence[InputChange], values: Assignments
 ) -> tuple[list[InputChange], tuple[tuple[float, str], ...]]:
-    """Return the changes of existing variables, and the time (s) and a sentence for each event that lacks variables.
+    """Return the changes of existing variables and, for each event that lacks variables, its time (s) and a sentence.
 
     Raises
     ------
     ValueError
-        If none of the variables of an event exists, because a run would otherwise ignore a fault unnoticed.
+        If none of the variables of an event exists, because a run would otherwise silently ignore a fault.
     """
     events: dict[tuple[str, float], list[InputChange]] = {}
     for change in changes:
@@ -227,7 +229,7 @@ def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int)
 
 
 def _sampled(profile: Profile, values: Assignments, grid: TimeGrid) -> tuple[tuple[int, float], ...]:
-    """Return the points of a profile with a unit or, if they are closer than a step, its mean over each step."""
+    """Return the points of a profile with a unit, or its means over the steps if points are closer than a step."""
     times, numbers = np.array(profile.points, dtype=np.float64).T
     zero, one = (values.read(profile.variable, f"{number} {profile.unit}".strip(), "input")[1] for number in (0, 1))
     numbers = zero + (one - zero) * numbers
@@ -287,7 +289,7 @@ def _uneven_samples(components: Sequence[Component], values: Assignments, h: flo
 
 
 def _start_grid(component: Component, values: Assignments, h: float) -> int:
-    """Return the interval, in steps, between start points from which a component takes a sample at time 0."""
+    """Return the spacing, in steps, of the start points that let a component take a sample at time 0."""
     sample_time = _sample_time(component, values)
     samples = nearest_point(f"{component.name}.sample_time", sample_time, h) if sample_time is not None else 1
     fits = sample_time is not None and is_on_grid(samples, sample_time, h)
@@ -327,7 +329,7 @@ def _recorded_each(experiment: Experiment, recorded: tuple[str, ...], values: As
 def _chosen(
     available: tuple[str, ...], named: tuple[str, ...], watched: tuple[str, ...], excluded: tuple[str, ...] | None
 ) -> tuple[str, ...]:
-    """Return the names that are watched, match `named` or, unless `excluded` is None, do not match `excluded`."""
+    """Return names that are watched or match `named`; unless `excluded` is None, also names that do not match it."""
 
     def is_recorded(name: str) -> bool:
         return name in watched or _matches(name, named) or (excluded is not None and not _matches(name, excluded))

@@ -21,7 +21,7 @@ Interfaces = Mapping[str, FmuInterface]
 def fitted(
     system: System, interfaces: Interfaces, interface_of: Callable[[Component], FmuInterface]
 ) -> tuple[System, Interfaces]:
-    """Return a system with expanded patterns, and its interfaces; replacing FMUs inherit the connections of ports.
+    """Return a system with expanded patterns, and its interfaces; replacing FMUs inherit connections of their ports.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
     system, interfaces
         The system with the new FMUs and its patterns expanded.
     before
-        The same, expanded, with the original FMUs.
+        The expanded system with the original FMUs.
     """
     fed = system.fed()
     required = [

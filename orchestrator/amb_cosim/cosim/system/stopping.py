@@ -21,8 +21,8 @@ from array_types import Array, Indices
 class StopCondition:
     """Ends the run when `variable` has been `above` or `below` a limit for `hold` (s) without a break.
 
-    The other limit is None. The condition is checked from `begin` (s) or, by default, from the beginning of the run;
-    with a `hold` of 0, a single point is sufficient.
+    One of `above` and `below` is None. The condition is checked from `begin` (s) or, by default, from the beginning of
+    the run; with a `hold` of 0, a single point is sufficient.
     """
 
     variable: str
@@ -33,7 +33,7 @@ class StopCondition:
 
     def __post_init__(self) -> None:
         if (self.above is None) == (self.below is None):
-            raise ValueError(f"stop on {self.variable} must set either above or below")
+            raise ValueError(f"stop on {self.variable} must set either 'above' or 'below'")
 
     def on_grid(self, port: Port, grid: TimeGrid, beginning: int = 0) -> Condition:
         """Convert the condition to the unit of its variable and to communication steps, from point `beginning`."""
@@ -58,7 +58,7 @@ class Condition(NamedTuple):
 
 
 class Conditions(NamedTuple):
-    """Conditions as arrays: met where sign * value > sign * limit at all points from `since` to `since` + `hold`."""
+    """Conditions as arrays, met if sign * value > sign * limit at all points from `since` to `since` + `hold`."""
 
     positions: Indices
     signs: Array

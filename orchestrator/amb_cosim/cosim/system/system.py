@@ -140,7 +140,7 @@ class System:
         return {component.name: component for component in self.components}
 
     def with_fmu(self, name: str, fmu: FmuSource) -> System:
-        """Return the system with another FMU for a component: a model, an FMU file, or an object in place of one."""
+        """Return the system with another FMU for a component: a model, an FMU file, or an object in place of a file."""
         old = self.component(name)
         if fmu == old.fmu:
             return self

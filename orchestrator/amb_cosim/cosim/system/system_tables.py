@@ -89,7 +89,7 @@ class ProfileTable(Table):
         return self
 
     def profiles(self, earliest: float) -> tuple[Profile, ...]:
-        """Return inputs, with times in s; raises ValueError if one is before `earliest` (s), or the file is wrong."""
+        """Return inputs, with times in s; raises ValueError for times before `earliest` (s) and for a wrong file."""
         if self.file:
             return profiles_of(self.file, time_of(self.begin, "start of a profile", least=earliest))
         points = tuple((time_of(t, "time of a point", least=earliest), value) for t, value in self.points)
@@ -121,7 +121,7 @@ class Record(Table):
     """Recorded variables."""
 
     variables: tuple[str, ...] = (EVERYTHING,)
-    """Patterns of names; `*` is the system's default, other variables must be named."""
+    """Patterns of names; `*` stands for the variables that the system records by default."""
     every: Count = 1
     """Number of communication steps between recorded samples."""
     settling: bool | None = None
@@ -149,7 +149,7 @@ class ExperimentTable(Table):
     """Recorded variables."""
 
     def experiment(self) -> Experiment:
-        """Return the run, with times in s; raises ValueError if one is not allowed."""
+        """Return the run, with times in s; raises ValueError if a time is not allowed."""
         start = time_of(self.start_time, "start_time", least=-LONGEST)
         settles = start < 0.0 and self.record.settling is False
         beginning = 0.0 if settles else start
@@ -179,7 +179,7 @@ class SystemTable(Table):
     description: str = ""
     """One-line description."""
     coupling: Coupling = "gauss_seidel"
-    """Order of the components: each uses the newest values, or all use the values of the previous step."""
+    """Coupling: each component uses the newest values, all use those of the previous step, or steps are repeated."""
     unrecorded: tuple[str, ...] = ()
     """Patterns of variables that are recorded only if named."""
     parameters: dict[str, Values] = Field(default={})

@@ -82,7 +82,7 @@ def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.
     Raises
     ------
     ValueError
-        If it is not a time or outside the range; the message begins with `name`.
+        If it is not a time, or is outside the range; the message begins with `name`.
     """
     value = quantity(raw, "s", name)
     shown = stated(f"{value:g} s", raw)

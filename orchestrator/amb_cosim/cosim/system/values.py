@@ -115,7 +115,7 @@ def _in_absolute_unit_of(port: Port, raw: Raw, name: str) -> float:
 
 
 def _is_standard(port: Port) -> bool:
-    """Return whether the unit of a variable has its usual meaning, because the FMU defines it so or not at all."""
+    """Return whether the unit of a variable has its usual meaning, which it also has if the FMU does not define it."""
     try:
         if port.definition is None:
             parse_unit(port.unit or "1")

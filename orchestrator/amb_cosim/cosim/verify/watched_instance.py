@@ -63,9 +63,9 @@ class WatchedInstance:
         Raises
         ------
         FMICallException
-            If it fails, or ends the run in FMI 2.0.
+            If the step fails, or ends the run in FMI 2.0.
         RuntimeError
-            If it is not completed, and the FMU does not end the run.
+            If the step is not completed, and the FMU does not end the run.
         """
         begin, end = currentCommunicationPoint, currentCommunicationPoint + communicationStepSize
         self._end = end

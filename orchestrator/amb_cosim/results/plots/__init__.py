@@ -150,7 +150,7 @@ def figure(dataset: Signals, name: str) -> Figure:
 
 
 def draw_all(dataset: Signals, folder: Path) -> list[Path]:
-    """Write the figures that suit a run to a folder and return their paths; none if no motion was recorded."""
+    """Write the figures that suit a run, and return their paths; there are none if no motion was recorded."""
     dataset = finite_signals(dataset)[0]
     if not has_motion(dataset):
         return []
@@ -163,7 +163,7 @@ def draw_all(dataset: Signals, folder: Path) -> list[Path]:
 
 
 def chosen(dataset: Signals) -> list[str]:
-    """Return the names of the requested figures that the run allows or, without a request, of those that suit it.
+    """Return the names of the requested figures that the run allows or, without a request, of figures that suit it.
 
     Without a request, orbits are left out if the speed changes, because they would overlap, and if there is a
     touchdown, whose figure contains its own orbits. The whirl is included if the rotor rolls on a bearing.

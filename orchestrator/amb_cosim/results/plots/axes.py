@@ -189,7 +189,7 @@ def label_time_axis(axes: Axes, dataset: Signals) -> None:
 
 
 def event_times(dataset: Signals) -> dict[str, float]:
-    """Return where disturbance, relief and start of ROLAC are on the time axis, without those beyond its limits."""
+    """Return the positions of disturbance, relief and start of ROLAC that are within the limits of the time axis."""
     begin, end = _time_limits(dataset)
     event_cycles = {event_name(dataset, role): dataset.attrs.get(f"{role}_cycle") for role in ROLES}
     event_cycles["ROLAC"] = switched_on(dataset)

@@ -198,7 +198,7 @@ def _rolling_whirl(dataset: Signals, site: str) -> tuple[Array, bool]:
 
 
 def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
-    """Return limits around the spin speed, its negative, and all whirl speeds but the share `OUTLIERS` at each end."""
+    """Return limits that contain the spin speed, its negative, and whirl speeds but a share `OUTLIERS` at each end."""
     finite = whirling[np.isfinite(whirling)]
     ends = np.quantile(finite, (OUTLIERS, 1.0 - OUTLIERS)) if finite.size else np.zeros(2)
     largest = float(Omega.max(initial=0.0)) or 1.0

@@ -166,7 +166,7 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
 
 def lowest_sample(dataset: Signals) -> Line2D:
     """Return the legend entry for the dashed line of `draw_fall`."""
-    label = "height at rest at the bottom (higher on the wall)" if gravity_across(dataset) else "contact"
+    label = "height of a rotor at rest at the bottom (higher on the wall)" if gravity_across(dataset) else "contact"
     return Line2D([], [], color="black", ls=DASHED, label=label)
 
 
@@ -177,14 +177,14 @@ def _reach(dataset: Signals, station: Station) -> float:
 
 
 def _offset(dataset: Signals, site: str) -> Array:
-    """Return the position (m) of a retainer at rest, to the right and upwards, shape (2,)."""
+    """Return the position (m) of a retainer at rest, as components to the right and upwards, shape (2,)."""
     values = parameters(dataset)
     offset = np.array([[float(values.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
     return turned_upright(dataset, offset)[:, 0]
 
 
 def _seen(dataset: Signals, station: Station) -> Array:
-    """Return the position (m) of the journal in the inertial frame, to the right and upwards, shape (2, n)."""
+    """Return the inertial position (m) of the journal, as components to the right and upwards, shape (2, n)."""
     return turned_upright(dataset, station.path(dataset) + centre(dataset, station.place))
 
 

@@ -77,7 +77,7 @@ def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]], reach: 
     for line, k in enumerate(cut):
         (times, peak), colour = shown[k], forces[k][2]
         panel.plot(times[np.nanargmax(peak)], top, "^", ms=4.5, color=colour, zorder=4, clip_on=False)
-        text = f"peaks up to {force_unit(highest[k]).text(highest[k], 3)}, beyond the axis"
+        text = f"peaks up to {force_unit(highest[k]).text(highest[k], 3)}, off the scale"
         write_in_corner(panel, text, colour, line)
     places = [(float(times[force.marked[0]]), force.marked[1], colour) for times, force, colour in forces]
     places = [place for place in places if begin <= place[0] <= end]

@@ -45,7 +45,7 @@ def dots_sample() -> Line2D:
 
 
 def draw_joined(panel: Axes, x: Array, y: Array, **style: Any) -> bool:
-    """Draw a `joined` line, with dots for samples without a line to another; return whether there are any dots."""
+    """Draw a `joined` line, with dots for isolated samples; return whether there are any dots."""
     panel.plot(x, y, **style)
     apart = np.isnan(np.concatenate([[np.nan], x, [np.nan]]))
     alone = apart[:-2] & apart[2:] & ~apart[1:-1]
@@ -63,8 +63,8 @@ def joined(
     The angle of the arc is the one nearest to `turned`. A chord would show the rotor in the middle of the clearance,
     where it never was. Two other successive samples are separated by NaN if both are beyond `OUTSIDE` and their angles
     differ by more than `APART`, because the path between them is unknown. Samples of a flight at which the path turns
-    by more than `TURN` are also separated by NaN, because the rotor then vibrates faster than it is sampled, and chords
-    would look like bounces.
+    by more than `TURN` are also separated by NaN. The rotor then vibrates faster than it is sampled, so chords would
+    look like bounces.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def joined(
 
 
 def _vibrates(path: Array, touching: Bools, clearance: float) -> Bools:
-    """Return which chords meet at a turn of more than `TURN` at a sample in flight; `SHORT` chords do not count."""
+    """Return which chords meet at an angle above `TURN` at a sample in flight; `SHORT` chords do not count."""
     place = path[0] + 1j * path[1]
     chord = np.diff(place)
     is_long = np.abs(chord) > SHORT * clearance

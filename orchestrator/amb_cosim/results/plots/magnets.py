@@ -97,7 +97,7 @@ def _shade(panel: Axes, dataset: Signals, bearing: str, axes: str) -> None:
 
 
 def _draw_limits(panel: Axes, bounds: list[Limits], values: Iterable[Array | None], size: float, unit: str) -> None:
-    """Draw the limits that values approach, and write the distant ones as text."""
+    """Draw the limits that values approach, and write distant limits as text."""
     drawn = np.ravel([series / size for series in values if series is not None])
     low, high = float(np.nanmin(drawn, initial=0.0)), float(np.nanmax(drawn, initial=0.0))
     far: dict[str, None] = {}  # limits of several axes that are written alike, once

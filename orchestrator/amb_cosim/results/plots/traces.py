@@ -91,7 +91,7 @@ def _short(names: list[str], name: str) -> str:
 
 
 def _heading(selection: Selection, names: list[str]) -> str:
-    """Return the description of a single variable; for several, its common first words or else their number."""
+    """Return a heading: a description, the common first words of several descriptions, or the number of variables."""
     if len(names) == 1:
         description = str(selection.dataset[names[0]].attrs.get("description", ""))
         return f"{names[0]}: {description}" if description else names[0]

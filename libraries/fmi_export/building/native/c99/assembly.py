@@ -81,7 +81,7 @@ Scalar = int | float | str | None
 
 @dataclass(frozen=True)
 class Value:
-    """An operand: the name of a value, or constants for its scalars."""
+    """An operand: either the name of a value, or a constant for each of its scalars."""
 
     type: Type
     name: str = ""

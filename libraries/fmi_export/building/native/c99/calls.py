@@ -1,4 +1,4 @@
-"""Translates LLVM's calls to C: calls of the module's functions, of C's mathematical library, and of intrinsics."""
+"""Translates LLVM's call instructions to C: calls to the module's functions, mathematical functions and intrinsics."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Translates LLVM's instructions to C, except branches and calls: each function reads a line and writes C.
 
-Floating-point operations are mapped one to one to those of C. Integers wrap around, and shift counts are taken modulo
+Each floating-point operation becomes the same operation of C. Integers wrap around, and shift counts are taken modulo
 the width of the integer.
 """
 

@@ -1,4 +1,4 @@
-"""The values of a function in C: their variables and constants.
+"""Represents the values of a function by variables and constants in C.
 
 An SSA value becomes a variable that is written once. A value that is an array or a structure (not in memory) becomes
 one variable per scalar. LLVM's undefined values (`undef`, `poison`) become zero.
@@ -27,7 +27,7 @@ def c_type(kind: Type) -> str:
 
 
 def constant(kind: Type, number: Scalar) -> str:
-    """Return a constant as C."""
+    """Return a constant as a C expression."""
     if kind == DOUBLE:
         x = 0.0 if number is None else float(number)
         if not math.isfinite(x):
@@ -90,7 +90,7 @@ class FunctionBody:
             self.out(" ".join(f"(void){variable};" for variable in self.variables(name, kind)))
 
     def alias(self, name: str, kind: Type, scalars: list[str]) -> None:
-        """Use existing scalars as a value without copying them, unless an earlier branch declared its variables."""
+        """Use existing scalars as a value; copy them only if an earlier branch declared variables of this value."""
         if name in self._variables:
             self.set(name, kind, scalars)
         else:
@@ -111,7 +111,7 @@ class FunctionBody:
         return self.scalars(value)[0]
 
     def signed(self, value: Value) -> str:
-        """Return an integer as a signed C expression; a single bit that is set is -1."""
+        """Return an integer as a signed C expression; a one-bit integer becomes 0 or -1."""
         width = 64 if value.type == POINTER else value.type.width
         return f"-(int){self.scalar(value)}" if width == 1 else f"(int{width}_t){self.scalar(value)}"
 
