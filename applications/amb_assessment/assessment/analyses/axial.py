@@ -152,6 +152,7 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
             )
     tilt = (
         f"The disc has a moment stiffness of {-bearing.moment_stiffness():.4g} N m/rad against tilt; a negative "
-        "stiffness tilts the disc further. The lateral analyses do not include this stiffness."
+        "stiffness tilts the disc further. The lateral analyses of the levitated rotor include it, at the static force "
+        "that makes it most negative."
     )
     return (first, iron, tilt)

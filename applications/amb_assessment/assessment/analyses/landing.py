@@ -180,7 +180,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "part `rest`.",
         "Chance decides in which landings the rotor whirls backward: even rounding changes the outcome. However, the "
         "least friction with which a falling rotor can roll over the top of its retainers depends only on the machine. "
-        "With less than half of this friction, the rotor whirled in none of 90 landings of four machines. The least "
+        "With less than half of this friction, the rotor whirled in none of 90 simulated landings. The least "
         "friction must therefore be at least twice the friction of the landings. Otherwise, the landings with backward "
         "whirl are counted. In these, contact outside the retainers changes no verdict, because the whirl itself fails "
         "its criterion.",
