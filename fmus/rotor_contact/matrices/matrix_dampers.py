@@ -143,7 +143,8 @@ def double_form_row(
     n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
     forces, units = 2 * n + 4, rows_of_x(matrices)
     unbalances = units + 2 * unbalances_of(matrices)
-    of_first, of_second, carried = room[:size], room[size : 2 * size], room[2 * size : 3 * size]
+    end = 2 * n if row < 2 * n else (units if row < units else size)  # of the elements that the row requires
+    of_first, of_second, carried = room[:end], room[size : size + end], room[2 * size : 2 * size + end]
     of_first[:] = 0.0
     if row < 2 * n or row >= units:
         _add_row(finer, row, 1.0, of_first)
@@ -151,15 +152,15 @@ def double_form_row(
         for j in range(N_LOBATTO):
             point, axis = (row - forces) // axes, (row - forces) % axes
             _add_row(finer, forces + axes * j + axis, FIRST_HALF[j][point], of_first)
-    _multiply(finer, second, of_second)
+    _multiply(finer, second, 2 * n, of_second)
     of_motion = of_second[: 2 * n]
-    for s in range(size):
+    for s in range(end):
         carried[s] = dot(of_motion, P[s])
     angle = Omega * sizes.step_size * 0.5 ** (level + 1)
     c, s_ = math.cos(angle), math.sin(angle)
-    for s in range(units, unbalances):
+    for s in range(units, min(unbalances, end)):
         carried[s] += of_second[s]
-    for s in range(unbalances, size, 2):
+    for s in range(unbalances, end, 2):
         a, b = of_second[s], of_second[s + 1]
         carried[s] += c * a + s_ * b
         carried[s + 1] += c * b - s_ * a
@@ -178,25 +179,30 @@ def double_form_row(
 
 @kernel
 def _add_row(H: Array, row: int, weight: float, y: Array) -> None:
-    """Add `weight` times a row of the symmetric matrix to y."""
-    half = 0.5 * weight
-    for s in range(row):
+    """Add the first elements of `weight` times a row of the symmetric matrix to y."""
+    half, end = 0.5 * weight, y.shape[0]
+    for s in range(min(row, end)):
         y[s] += half * H[row, s]
-    y[row] += weight * H[row, row]
-    for s in range(row + 1, y.shape[0]):
+    if row < end:
+        y[row] += weight * H[row, row]
+    for s in range(row + 1, end):
         y[s] += half * H[s, row]
 
 
 @kernel
-def _multiply(H: Array, x: Array, y: Array) -> None:
-    """Write the symmetric matrix times x into y."""
-    for r in range(x.shape[0]):
+def _multiply(H: Array, x: Array, n_dense: int, y: Array) -> None:
+    """Write the first elements of the symmetric matrix times x into y; few elements of x after `n_dense` are not 0."""
+    dense = x[:n_dense]
+    for r in range(n_dense):
         row, half = H[r], 0.5 * x[r]
-        below = 0.0
+        y[r] = 0.5 * dot(row[:r], x[:r]) + row[r] * x[r]
         for s in range(r):
-            below += row[s] * x[s]
             y[s] += half * row[s]
-        y[r] = 0.5 * below + row[r] * x[r]
+    for r in range(n_dense, y.shape[0]):
+        y[r] = 0.5 * dot(H[r, :n_dense], dense)
+    for r in range(n_dense, x.shape[0]):
+        if x[r] != 0.0:
+            _add_row(H, r, x[r], y)
 
 
 @noinline_kernel
