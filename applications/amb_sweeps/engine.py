@@ -1,8 +1,9 @@
 """Sends the points of a sweep in batches to the processes of a Dask cluster, and collects the results.
 
-A batch takes about `BATCH_TIME`, estimated from earlier points. Each process runs one batch at a time, so only the
-points of this batch can be the cause of a crash. Dask repeats the batch once. If the repetition also crashes a process,
-the points are run one by one. A point that crashes two processes on its own is recorded as `crashed`.
+A batch takes about `BATCH_TIME`; its size follows from the time that earlier points took. Each process runs one batch
+at a time, so only the points of this batch can be the cause of a crash. Dask repeats the batch once. If the repetition
+also crashes a process, the points are run one by one. A point that crashes two processes on its own is recorded as
+`crashed`.
 
 Processes of a local cluster use TLS, with certificates that are created for this cluster and stay in memory. Without
 TLS, all users of the machine could connect to 127.0.0.1, and a scheduler runs code for anyone who can connect.

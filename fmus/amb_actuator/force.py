@@ -113,7 +113,8 @@ def limited_current(demand: float, bias: float, static: float, limit: float, per
 def pull(p: np.record, current: float, distance: float) -> Pull:
     """Return the pull of a coil pair across a distance (m), given its current (A): P = B^2 A_e cos(phi)/mu_0.
 
-    Saturation of the iron limits B. Without saturation P = mu_0 N^2 A_e cos(phi) I^2 / distance^2, a term of (2.6).
+    Saturation of the iron limits B. Without saturation, P = mu_0 N^2 A_e cos(phi) I^2 / distance^2, which is a term of
+    (2.6).
     """
     per_ampere = flux_density(p.turns, 1.0, distance)
     b = per_ampere * current

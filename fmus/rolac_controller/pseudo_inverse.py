@@ -23,7 +23,9 @@ ORTHOGONAL = 1e-15
 
 
 class SvdWork(NamedTuple):
-    """Scratch arrays of a decomposition: A V, shape (n_sensors, n_axes); V; squares of the singular values."""
+    """Scratch arrays of a decomposition: the product A V, shape (n_sensors, n_axes); V; the squares of the singular
+    values.
+    """
 
     B: Complex
     V: Complex

@@ -6,11 +6,12 @@ at sensors, per unit of modal mass. Its response to a harmonic sequence of such 
 
     phi_f phi_s/omega^2  2/(1 - exp(-zeta omega T))  1/sqrt(1 + (omega/omega_b)^2)                  (1)
 
-This is the mode's static displacement, times the amplification that its decay within a sample allows, times the gain
-that amplifiers with bandwidth omega_b have at its frequency. All modes up to a frequency are retained, and so are
-higher modes whose response exceeds `SMALL` times the motion of the whole rotor at half the sample rate. The others act
-through their residual shapes, all of which are retained (`free_rotor.residual_modes`). A residual shape combines
-several modes and is not a mode itself: it is damped so strongly that samples see only its static displacement.
+The first factor is the mode's static displacement. The second is its largest amplification, which its decay within a
+sample limits. The third is the gain of amplifiers with bandwidth omega_b at the frequency of the mode. All modes up to
+a frequency are retained, and so are higher modes whose response exceeds `SMALL` times the motion of the whole rotor at
+half the sample rate. The others act through their residual shapes, all of which are retained
+(`free_rotor.residual_modes`). A residual shape combines several modes and is not a mode itself: it is damped so
+strongly that samples see only its static displacement.
 """
 
 from __future__ import annotations

@@ -5,9 +5,9 @@ unit inputs u,
 
     P_c = sum_u T_cu P_u,    T_1 = T_A = (a_x, a_y),    T_0 = T_B = (-a_y, a_x)                   (1)
 
-where the inputs u are steady ones for the rows 1 and 0, and unbalances for the rows A and B. S is combined likewise; H
-is a quadratic form, so H_cc = T H T^T. The columns of S that contain cosine . q and sine . q combine the observations
-U, which are the products of the motion with the unit forces of each unbalance:
+where the inputs u are the steady forces for the rows 1 and 0, and the unbalances for the rows A and B. S is combined
+likewise; H is a quadratic form, so H_cc = T H T^T. The columns of S that contain cosine . q and sine . q combine the
+observations U, which are the products of the motion with the unit forces of each unbalance:
 
     cosine . q = sum a_x b_x . q + a_y b_y . q,    sine . q = sum a_x b_y . q - a_y b_x . q                    (2)
 

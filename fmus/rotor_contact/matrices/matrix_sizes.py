@@ -180,7 +180,9 @@ def whole_size(n: int, n_bearings: int, n_sites: int) -> int:
 
 @views
 def powers_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool) -> int:
-    """Return the largest size (float64 values) of the power forms; 0 if there is neither shaft damping nor a seal."""
+    """Return how many float64 values the power forms need at most; none if there is neither shaft damping nor a
+    seal.
+    """
     rows = all_rows(n + 2 * n_sites, most_ports(n_bearings, n_sites, n_faces), inputs)
     return 2 * N_CONSTANT * MAX_LEVELS * rows * rows if is_damped and n <= MAX_COORDINATES else 0
 

@@ -90,7 +90,7 @@ def n_parameters(structure: Structure) -> int:
 
 @views
 def first_disc_input(structure: Structure) -> int:
-    """Return the position of the first input after the inputs of the bearings' axes."""
+    """Return the position of the input that follows the inputs of the bearings' axes."""
     return N_INPUTS + 2 * structure.bearings.shape[0] * N_AXIS
 
 

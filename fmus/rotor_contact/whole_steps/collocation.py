@@ -8,9 +8,9 @@ follow from
     j > 0    n_j . v_j = 0           the constraint on the velocity
              T_j = -mu_j sign N_j    sliding, or slip_j = 0 for a journal that rolls
 
-v_j is linear in x and in all forces (S). The equations of all sites and points are thus linear except for the
-directions n_j, which depend on the displacements q_j and hence on the forces. They are solved repeatedly until the
-directions converge. Each sweep includes the rotation of the directions with the displacements,
+v_j is linear in x and in all forces; S has the coefficients. The equations of all sites and points are thus linear
+except for the directions n_j, which depend on the displacements q_j and hence on the forces. They are solved repeatedly
+until the directions converge. Each sweep includes the rotation of the directions with the displacements,
 
     n_j . v_j + (t_j . v_j/c) (q_j - q_j_before) . t_j = 0        (1)
 

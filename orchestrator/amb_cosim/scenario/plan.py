@@ -255,7 +255,7 @@ def start_of(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw]
 
 
 def _essential(places: RotorPlaces) -> tuple[str, ...]:
-    """Return patterns of the variables that summary and plots need, which are always recorded."""
+    """Return patterns of the variables that are always recorded, because the summary and the plots need them."""
     measured = [name for signals in places.measured.values() for name in signals]
     along = [places.thrust] if places.thrust else []
     of_places = (*(f"{bearing}.[xy]" for bearing in places.bearings), *(f"{at}.*" for at in (*places.contacts, *along)))

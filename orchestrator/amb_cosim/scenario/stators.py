@@ -1,8 +1,8 @@
 """Contact with the stators of magnetic bearings, the last support of a rotor whose magnets have lost their power.
 
 If a rotor crosses the air gap of an energised magnet, the magnet pulls it into the stator, and the actuator reports a
-fault. If the magnet has no power, the rotor touches the bore, steel on steel, just beyond the smaller air gap of the
-bearing's two axes:
+fault. If the magnet has no power, the rotor touches the bore, steel on steel, just beyond the air gap, which is the
+smaller one if those of the bearing's two axes differ:
 
     |r| <= 1.001 min(l_x, l_y)
 
@@ -89,8 +89,8 @@ def lacking_stators(
     if not missing:
         return []
     return [
-        f"the run before t = {start.time:.9g} s had no stators at {', '.join(missing)}, where amplifiers are now "
-        "switched off; if the rotor crosses the air gap there, this run ends"
+        f"until t = {start.time:.9g} s, the run that is continued had no stators at {', '.join(missing)}, where "
+        "amplifiers are switched off later; if the rotor crosses the air gap there, this run ends"
     ]
 
 

@@ -25,8 +25,8 @@ class Scheme:
     """Coupling of FMUs.
 
     A scheme defines the order in which the master steps the FMUs, and whether the force has a gradient within a step or
-    is held. It also defines whether the force depends on the mean or the final current of a step, and whether the
-    controller predicts the displacements over the delay that this order causes.
+    is held. It also defines whether the force depends on the mean or the final current of a step. Because the order
+    causes a delay, a scheme defines as well whether the controller predicts the displacements over this delay.
     """
 
     coupling: Coupling = "gauss_seidel"

@@ -224,7 +224,7 @@ add_study(
         type=int,
         default=4,
         show_default=True,
-        help="Number of runs, clearances 1e-6 apart; use 50 if chaotic.",
+        help="Number of runs, whose clearances differ by 1e-6 of their size; use 50 if the motion is chaotic.",
     ),
     FLAVOUR,
     shows_progress=True,

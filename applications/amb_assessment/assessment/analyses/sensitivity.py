@@ -62,7 +62,9 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 @dataclass(frozen=True, eq=False)
 class AxisPeaks:
-    """|S| of an axis at frequencies (Hz), and its peaks: up to 2 kHz and, if the sample rate allows, above 2 kHz."""
+    """Curve of |S| of an axis over frequency (Hz), with its peak up to 2 kHz and, if the sample rate allows, its peak
+    above 2 kHz.
+    """
 
     frequencies: Array
     values: Array

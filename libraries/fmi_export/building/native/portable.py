@@ -26,7 +26,7 @@ OPTIONS = "-std=c99 -ffp-contract=off"  # of GCC and Clang: a product and a sum 
 
 
 def portable_sources(model: Model, fmi: Literal[2, 3]) -> dict[str, str]:
-    """Return the C files and headers of a model's FMU by file name.
+    """Return the texts of the C files and headers of a model's FMU, by the names of the files.
 
     Raises
     ------

@@ -128,8 +128,8 @@ class Master(Generic[P]):
         """Initialise all components at point n, passing outputs along the connections until none changes.
 
         Outputs are read again after initialisation mode, because some FMUs compute them only when it ends. Outputs that
-        then differ are passed along the connections once more, so that point n has the values from which the first step
-        begins.
+        have changed by then are passed along the connections once more, so that the values at point n are those from
+        which the first step begins.
 
         Raises
         ------

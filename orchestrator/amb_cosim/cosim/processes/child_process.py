@@ -44,7 +44,7 @@ def child_process(module: str, arguments: tuple[Any, ...]) -> Iterator[subproces
 
 
 def end_group(process: subprocess.Popen[bytes]) -> None:
-    """End a process, which leads a group, with all its descendants."""
+    """End a process that leads a process group, together with all its descendants."""
     end_descendants(process.pid)
     if sys.platform != "win32":
         with suppress(OSError):

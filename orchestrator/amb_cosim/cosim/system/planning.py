@@ -316,7 +316,9 @@ def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequ
 
 
 def _recorded_each(experiment: Experiment, recorded: tuple[str, ...], values: Assignments) -> dict[str, OverStep]:
-    """Return what a decimated record contains at every step, with the rules by which rows summarise several steps."""
+    """Return the variables that a decimated record contains at every step, and how each of them summarises several
+    steps.
+    """
     chosen = {*_chosen(recorded, tuple(experiment.each), (), None)}
     stated = {
         name: next(rule for pattern, rule in experiment.each.items() if matches(name, pattern)) for name in chosen
