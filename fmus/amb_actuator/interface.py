@@ -24,7 +24,7 @@ FORCE_LAW = Enumeration(
 LAWS = FORCE_LAW.names
 LINEAR, MEASURED, NONLINEAR = range(len(LAWS))
 AMPLIFIER = Enumeration(
-    "Amplifier", (("ideal", "the currents follow immediately"), ("dynamic", "bandwidth and voltage limit"))
+    "Amplifier", (("ideal", "the currents equal the demands at once"), ("dynamic", "bandwidth and voltage limit"))
 )
 IDEAL, DYNAMIC = range(2)
 

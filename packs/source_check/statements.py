@@ -117,7 +117,7 @@ class Statement(Table):
     definition: bool = False
     """Whether every model meets the value: a unit conversion, a kinematic identity, or a formula of the source."""
     inferred: str = ""
-    """Interpretation of the source's words, such as a number for a word."""
+    """How the source is interpreted, for example which number stands for one of its words."""
     why: str = ""
     """Reason why the computed value does not match."""
     cause: Cause = "unexplained"

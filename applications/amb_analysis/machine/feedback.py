@@ -27,7 +27,7 @@ ALIKE = 1e-3  # difference of directions that are reported together, over the la
 
 
 def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
-    """Return the forces (N) at the bearings' nodes per displacement (m) of each node, at a frequency.
+    """Return the forces (N) at the bearings' nodes per unit displacement (m) of each node, at a frequency.
 
     Parameters
     ----------

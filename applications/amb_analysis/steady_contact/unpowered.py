@@ -1,4 +1,5 @@
-"""Receptances of the journals of an unpowered rotor, relative to their retainers on mounts.
+"""Receptances of the journals of an unpowered rotor. Displacements are relative to the retainers, which may be on
+mounts.
 
     z_j - h_j = -sum_k (R_jk + delta_jk H_j) F_k,    H_j = 1/(k_j - m_j omega^2 + i omega d_j)         (1)
 

@@ -95,7 +95,7 @@ def end_step(site: np.record, state: np.record, of_site: np.record) -> None:
 
 @kernel
 def average(site: np.record, of_site: np.record, step_size: float) -> None:
-    """Set the means over a step of `step_size` (s)."""
+    """Set the mean normal force over a step of `step_size` (s)."""
     site.f_n_mean = (of_site.f_n + site.impulse) / step_size
 
 

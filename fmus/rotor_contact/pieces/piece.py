@@ -53,9 +53,10 @@ class Piece(NamedTuple):
     ends
         The end of the piece, and scratch of the same size, shape (2, 2 N).
     observed
-        Observations (S), shape (7, n_columns). Row 1 is scratch. The other rows are due to: state and steady forces
-        (0); A = 1 (2); B = 1 (3); all these, with magnets and contact at the first point (4); contact at the other
-        points (5); everything (6). Columns of bearings without force are omitted.
+        Observations (S), shape (7, n_columns). Row 1 is scratch. Row 0 is due to the state and the steady forces, row 2
+        to A = 1, and row 3 to B = 1. Row 4 is due to all of these and to the forces of magnets and contact at the first
+        point, row 5 to contact at the other points, and row 6 to everything. Columns of bearings without force are
+        omitted.
     of_forces
         Interpolated observations (S) of unit forces at the ports, ordered as in x, shape (8 n_ports, n_columns).
     magnets, contact

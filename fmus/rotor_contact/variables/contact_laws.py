@@ -212,8 +212,8 @@ def law_parameters(site: str) -> list[Variable]:
         parameter(
             f"{site}.k_c",
             "N/m",
-            f"Contact stiffness {at} in all laws except the constraint; its value at delta_c if it grows with the "
-            f"penetration",
+            f"Contact stiffness {at} in all laws except the constraint; if the stiffness grows with the penetration, "
+            f"its value at delta_c",
             1e8,
             minimum=1.0,
             maximum=1e12,

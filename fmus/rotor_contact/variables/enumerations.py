@@ -19,7 +19,7 @@ METHOD = Enumeration(  # how a step was computed
     (
         ("exact", "the whole step by matrices"),
         ("pieces", "halves, quarters, ... of the step by matrices"),
-        ("events", "partly by substeps, where no piece is smooth"),
+        ("events", "partly by substeps, where the motion is not smooth enough for a piece"),
         (
             "no_matrices",
             "by substeps, because there are no matrices: they need 32 equal steps (1 at the start), and neither the "

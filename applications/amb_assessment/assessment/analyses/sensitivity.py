@@ -87,7 +87,9 @@ def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
 
 
 def sensitivities_over(subject: AssessedMachine, loop: Loop) -> dict[float, list[AxisPeaks]]:
-    """Return the `sensitivities` of a loop by operating speed (rad/s), with closer speeds near the highest peaks."""
+    """Return the `sensitivities` of a loop by operating speed (rad/s); near the highest peaks the speeds are more
+    closely spaced.
+    """
     speed = subject.file.speed
     by_speed: dict[float, list[AxisPeaks]] = {}
 

@@ -29,7 +29,7 @@ NEARER = (
 
 @dataclass(frozen=True)
 class AssessedMachine(Machine):
-    """A machine under assessment, at its largest speed.
+    """A machine under assessment, at its highest speed.
 
     file
         Content of the machine file.

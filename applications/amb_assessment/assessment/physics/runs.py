@@ -174,7 +174,7 @@ def simulate(
     goes_on: bool = False,
     **fields: Any,
 ) -> Result:
-    """Return a run of a machine that starts at a speed (rad/s).
+    """Return a run of a machine; the rotor initially turns at a given speed (rad/s).
 
     Parameters
     ----------

@@ -91,7 +91,7 @@ def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
 
 
 def _in_absolute_unit_of(port: Port, raw: Raw, name: str) -> float:
-    """Convert `raw` as a quantity that is not relative."""
+    """Convert `raw` as an absolute quantity, with the offsets of units."""
     port_unit, match = port.unit or "1", _QUANTITY.fullmatch(raw) if isinstance(raw, str) else None
     if match is None or match[2] == port_unit or (match[2], port_unit) in COMMON or plain_forms(match[0]):
         return _number(raw, port_unit, name)  # which refuses a number with separators

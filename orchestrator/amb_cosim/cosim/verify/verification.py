@@ -86,9 +86,9 @@ def verify(fmu: str | Path) -> list[Verified]:
     """Run the experiments in an FMU (FMI-LS-REF), and compare the results with the reference results.
 
     FMPy runs the FMU in a separate process. Values must agree within 1e-6 of a variable's largest reference, or within
-    the experiment's `tolerance` if that is larger (at most 1e-3). Binaries, inputs, and parameters that the experiment
-    sets are not compared; the result names them. An experiment verifies nothing if its references are only at the
-    start, or if the run ends before them.
+    the experiment's `tolerance` if that is larger (at most 1e-3). Binaries and inputs are not compared, nor are
+    parameters that the experiment sets; the result names all of these. An experiment verifies nothing if its references
+    are only at the start, or if the run ends before them.
 
     Raises
     ------
