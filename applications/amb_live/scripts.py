@@ -83,8 +83,8 @@ def read_module(path: str, source: str) -> Module:
     unsupported = LEFT_OVER.search(text)
     if unsupported is not None:
         raise ValueError(
-            f"{path}: {unsupported.group()!r} is not allowed; it must be import {{ names }} from a relative path, "
-            "or export of names, or export before a function, class or const"
+            f"{path}: {unsupported.group()!r} is not allowed; it must be an import of names from a relative "
+            "path, an export of names, or an export of a function, class or const"
         )
     return Module(text.strip() + "\n", imports, exports)
 

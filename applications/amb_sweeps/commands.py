@@ -34,12 +34,12 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("name")
 @click.option(
-    "--vary", "vary", multiple=True, metavar="NAME=VALUES", help="Values of a variable, see above; repeatable."
+    "--vary", "vary", multiple=True, metavar="NAME=VALUES", help="Values of a variable (see above); repeatable."
 )
 @click.option(
     "--sample",
     metavar="METHOD",
-    help="lhs:N, sobol:N or saltelli:N points of the ranges without a count, or boundary:METRIC, see above.",
+    help="lhs:N, sobol:N or saltelli:N for N points in ranges without a count, or boundary:METRIC (see above).",
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sample.")
 @SETTINGS
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     help="Function that returns named numbers of a result.",
 )
 @click.option(
-    "--keep", multiple=True, metavar="OUTCOME", help="Outcomes to save in full: trapped, failed, ...; or all."
+    "--keep", multiple=True, metavar="OUTCOME", help="Outcomes of runs to save in full: trapped, failed, ...; or all."
 )
 @click.option("--boundary", metavar="METRIC", help="Boundary in maps: recovered (default), contact, rolling.")
 @former_option("--refine", "--sample boundary:METRIC")

@@ -293,7 +293,7 @@ class BatchScheduler:
         if len(points) > 1:
             self._suspects.extend(points)
             return []
-        return [PointResult(points[0], "crashed", "the process of the run ended unexpectedly, twice")]
+        return [PointResult(points[0], "crashed", "the process of the run ended unexpectedly twice")]
 
     def _report_progress(self) -> None:
         self._report(self._done, self._total, self._link)

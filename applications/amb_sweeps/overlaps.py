@@ -45,7 +45,9 @@ def refuse_overlaps(axes: Iterable[Axis], labels: Sequence[str], variables: Assi
     for (first, one), (second, other) in combinations(named, 2):
         if shared := sorted(one & other):
             more = f" and {len(shared) - MOST_NAMED} more" * (len(shared) > MOST_NAMED)
-            raise ValueError(f"{first} and {second} both vary {', '.join(shared[:MOST_NAMED])}{more}; vary each once")
+            raise ValueError(
+                f"{first} and {second} both vary {', '.join(shared[:MOST_NAMED])}{more}; vary each only once"
+            )
 
 
 def refuse_idle_settings(

@@ -185,7 +185,7 @@ class BallBearing:
             force < limit,
             "force",
             f"{force:g} N",
-            f"< {limit:.3g} N, the force that presses the balls through the races",
+            f"< {limit:.3g} N, the force at which the balls leave their grooves",
         )
 
         def excess(x: float) -> float:
@@ -215,7 +215,7 @@ class BallBearing:
                 return -float(self.force(np.array([x, 0.0, z]))[2]) - abs(axial)
 
             limit = excess(most) + abs(axial)
-            allowed = f"less than {limit:.3g} N, the force that presses the balls through the races"
+            allowed = f"less than {limit:.3g} N, the force at which the balls leave their grooves"
             require(abs(axial) < limit, "axial force", f"{axial:g} N", allowed)
             return float(brentq(excess, 0.0, most, xtol=1e-15))
 
@@ -229,7 +229,7 @@ class BallBearing:
                 radial < limit,
                 "force",
                 f"{radial:g} N",
-                f"< {limit:.3g} N, the force that presses the balls through the races",
+                f"< {limit:.3g} N, the force at which the balls leave their grooves",
             )
             x = float(brentq(excess, 0.0, most, xtol=1e-15))
         return np.array([x, 0.0, math.copysign(axial_at(x), axial)])

@@ -45,14 +45,14 @@ def record_of(places: Iterable[str]) -> np.dtype[np.record]:
         if _offset(dtype, path) != 8 * position:
             raise ValueError(f"{_text(path)} must be next to the other numbers of its record or array")
     if dtype.itemsize != 8 * len(paths):
-        raise ValueError(f"{len(paths)} numbers do not fill their record; the number of an array element is missing")
+        raise ValueError(f"{len(paths)} numbers do not fill their record; an array lacks one of its elements")
     return dtype
 
 
 def _parse(place: str) -> Path:
     steps = [_STEP.fullmatch(step) for step in place.split(".")]
     if not all(steps):
-        raise ValueError(f"{place!r} is not a place in a record; write name, name.name or name[0,1].name")
+        raise ValueError(f"{place!r} does not name a number of a record; write name, name.name or name[0,1].name")
     return tuple((s[1], tuple(int(i) for i in s[2].split(",")) if s[2] else None) for s in steps if s)
 
 

@@ -85,7 +85,10 @@ def space_with_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...], accur
     """
     most = len(rotor.frequencies)
     if not 0 <= count <= most:
-        raise ValueError(f"reduction.modes = {count} is not allowed; the free rotor has 0 to {most} elastic modes")
+        raise ValueError(
+            f"reduction.modes = {count} is not allowed; it must be from 0 to {most}, the number of elastic modes of "
+            "the free rotor"
+        )
     return ShapeSpace(rotor, count, residual_modes(rotor, count, nodes, 2.0 * accuracy))
 
 

@@ -86,7 +86,7 @@ class Body(_Placed):
     """A rigid body on the shaft. A body that only marks a plane of unbalance has mass 0."""
 
     name: Name
-    """Name with which the part's variables in the plant begin."""
+    """Name of the part; the names of its variables in the plant begin with it."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     mass: Mass
@@ -96,7 +96,7 @@ class Body(_Placed):
     polar_inertia: Inertia
     """Moment of inertia about the axis."""
     unbalance: StrictBool = False
-    """Whether the plant has unbalance and external force here, with the inputs NAME.u, NAME.phi, NAME.f_x and
+    """Whether an unbalance and an external force act here; they are the plant's inputs NAME.u, NAME.phi, NAME.f_x and
     NAME.f_y."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft gets a node there."""
@@ -110,7 +110,7 @@ class Disc(_Placed):
     """A homogeneous rigid disc or core on the shaft."""
 
     name: Name
-    """Name with which the part's variables in the plant begin."""
+    """Name of the part; the names of its variables in the plant begin with it."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     mass: Mass
@@ -120,7 +120,7 @@ class Disc(_Placed):
     width: Size
     """Length along the shaft."""
     unbalance: StrictBool = False
-    """Whether the plant has unbalance and external force here, with the inputs NAME.u, NAME.phi, NAME.f_x and
+    """Whether an unbalance and an external force act here; they are the plant's inputs NAME.u, NAME.phi, NAME.f_x and
     NAME.f_y."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft gets a node there."""
@@ -188,7 +188,7 @@ class Bearing(_Placed):
     """
 
     name: Name
-    """Name with which the part's variables in the plant begin."""
+    """Name of the part; the names of its variables in the plant begin with it."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     stiffness: Annotated[TensorOrNumber, Unit("N/m")] = NO_TENSOR
@@ -198,10 +198,10 @@ class Bearing(_Placed):
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft gets a node there."""
     at_speed: tuple[AtSpeed, ...] = ()
-    """Coefficients at ascending spin speeds, instead of constant ones. They are interpolated monotonically, and
-    constant outside the range of speeds."""
+    """Coefficients at ascending spin speeds, instead of constant ones. They are interpolated monotonically and
+    are constant outside the range of speeds."""
     mass: Annotated[TensorOrNumber, Unit("kg")] = NO_TENSOR
-    """2 x 2 mass that moves with the shaft (of a fluid), or a number (kg)."""
+    """2 x 2 mass of a fluid that moves with the shaft, or a number (kg)."""
     whirl_frequency: Annotated[Speed, Ge(0.0)] | None = None
     """Whirl frequency at which frequency-dependent coefficients have these values; results report it. In a file, a text
     with its unit, such as `"75 Hz"`."""
@@ -264,7 +264,7 @@ class Site(_Placed):
     """A contact site."""
 
     name: Name
-    """Name with which the part's variables in the plant begin."""
+    """Name of the part; the names of its variables in the plant begin with it."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     clearance: Length = DEFAULT_CLEARANCE
@@ -274,7 +274,7 @@ class Site(_Placed):
     bearing: Name | None = None
     """Bearing to which this retainer belongs."""
     stator: Name | None = None
-    """Bearing whose stator bore this site represents, where the rotor touches the iron of the magnets."""
+    """Bearing whose stator bore this site represents; the rotor touches the iron of the bearing's magnets there."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft gets a node there."""
 
@@ -284,7 +284,7 @@ class Sensor(_Placed):
     """A plane of displacement sensors."""
 
     name: Name
-    """Name with which the part's variables in the plant begin."""
+    """Name of the part; the names of its variables in the plant begin with it."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     x: Variable = ""
@@ -307,7 +307,7 @@ class ThrustDisc:
     z: Position
     """Position along the shaft."""
     name: Name = "thrust"
-    """Name with which the part's variables in the plant begin."""
+    """Name of the part; the names of its variables in the plant begin with it."""
 
 
 @table
@@ -315,18 +315,18 @@ class Face(_Placed):
     """A face that stops the rotor along its shaft, such as a shoulder against the ring of a retainer bearing."""
 
     name: Name
-    """Name with which the part's variables in the plant begin."""
+    """Name of the part; the names of its variables in the plant begin with it."""
     node: NodeUnlessZ
     """Node number, counted from 1; omit it if `z` is set."""
     stops: Literal["-z", "+z"]
     """Direction of motion that the face stops: towards smaller or larger z."""
     clearance: Length
-    """Axial distance of the face from its seat, with the rotor in the middle."""
+    """Axial distance of the face from its seat when the rotor is in the middle."""
     radius: Size
     """Mean radius of the ring on which the face lands."""
     retainer: Name | None = None
-    """Contact site of the retainer on which the face lands. The face turns the race of this retainer, moves its
-    housing and heats both."""
+    """Contact site of the retainer on which the face lands. The face turns the race of this retainer, moves the
+    retainer's housing and heats both."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft gets a node there."""
 

@@ -108,8 +108,8 @@ def _non_collocated(bearing: SavedBearing) -> Iterator[str]:
     magnet = magnet_of(bearing)
     if magnet is not None and magnet.sensor_node != bearing.n:
         yield (
-            f"{bearing.tag}: its sensors are at node {magnet.sensor_node + 1}, the magnet at node {bearing.n + 1}; "
-            "ROSS feeds back the motion at the magnet, so its modes differ from the poles of the scenario."
+            f"{bearing.tag}: its sensors are at node {magnet.sensor_node + 1}, its magnet is at node {bearing.n + 1}; "
+            "ROSS feeds back the motion at the magnet, so the modes of ROSS differ from the poles of the scenario."
         )
 
 

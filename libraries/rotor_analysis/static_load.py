@@ -96,8 +96,8 @@ def _supports(rotor: Rotor, springs: Mapping[str, float]) -> tuple[list[Bearing]
         idle = f", {len(springs) - len(stiff)} of them without stiffness" if len(stiff) < len(springs) else ""
         bearings = f"{len(rotor.bearings)} bearing{'s' * (len(rotor.bearings) != 1)}"
         raise ValueError(
-            f"rotor {rotor.name!r} has {bearings}{idle}; its weight requires two or more bearings that can "
-            "carry load, at different nodes"
+            f"rotor {rotor.name!r} has {bearings}{idle}; its weight requires two or more bearings, at "
+            "different nodes, that can carry load"
         )
     return rigid, stiff
 

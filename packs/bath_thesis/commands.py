@@ -59,10 +59,10 @@ add_study(
         type=WithUnit("8,12,16 g.m", parts=lambda text: text.split(",")[-1:]),  # the last unit is that of all
         default="12,16,18,20,22,24,28,32,36,40,44,48 g.m",
         show_default=True,
-        help="Added unbalances on D1, before the factor of fig5_6.",
+        help="Unbalances added on D1; fig5_6 multiplies them by a factor.",
     ),
     click.option(
-        "--instants", type=int, default=5, show_default=True, help="Instants of the step within a revolution."
+        "--instants", type=int, default=5, show_default=True, help="Number of instants of the step within a revolution."
     ),
     click.option("--alpha", default="3.5,7 1/s", show_default=True, help="Adaptation rates."),
     FLAVOUR,

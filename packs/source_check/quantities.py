@@ -19,7 +19,7 @@ from amb_cosim.cosim.record.signals import Signals
 from source_check import run_quantities, study_panels, study_quantities
 
 Quantities = Mapping[str, tuple[Callable[..., Any], str]]
-"""Functions, and the units of the numbers that they return, by name."""
+"""Functions by name, each with the unit of the numbers that it returns."""
 
 
 def quantities_of_runs(module: str = "") -> Quantities:

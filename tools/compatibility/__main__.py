@@ -14,10 +14,10 @@ PAGE = Path(__file__).parents[2] / "docs" / "reference" / "compatibility.md"
 HEAD = """# Compatibility
 
 This page is written from test runs: `pytest --hosts hosts.json -m "host and (slow or not slow)"`, then
-`python -m tools.compatibility hosts.json`. Each row is a tool that ran FMUs of this project in a test, with its
-installed version. libcosim is compared at its own times, which are whole nanoseconds. "To the last bit" holds without
-`prediction_time` of the controller, which divides by differences of times: with it, a tool that sums its steps is
-within 2e-10 (FMPy), and libcosim within 9e-12 of this master's run.
+`python -m tools.compatibility hosts.json`. Each row names a tool that ran FMUs of this project in a test, with its
+installed version. libcosim is compared at its own times, which are whole nanoseconds. "To the last bit" does not apply
+to a controller with `prediction_time`, which divides by differences of times. FMPy, which sums its steps, then agrees
+with this master's run within 2e-10, and libcosim within 9e-12.
 [The pages on other tools](../how-to/tools/README.md) cover untested tools and further details.
 
 """

@@ -106,7 +106,7 @@ def _record(content: dict[str, Any], stated: StatedUnits) -> TimeRecord:
             factor, channel = si_channel(name, stated.of(name, unit[0]))
             signals[channel] = factor * np.asarray(value, np.float64).ravel()
     if not signals:
-        raise ValueError(f"it has no channel: no array has {n} samples, as time does")
+        raise ValueError(f"it has no channel: apart from the times, it contains no array of {n} numbers")
     return TimeRecord(step, signals)
 
 

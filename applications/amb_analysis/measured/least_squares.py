@@ -40,7 +40,7 @@ class FreeParameter:
     def __post_init__(self) -> None:
         if not (np.isfinite([self.lowest, self.highest]).all() and self.lowest < self.highest):
             bounds = f"{self.lowest:g} to {self.highest:g}"
-            raise ValueError(f"{self.name}: bounds {bounds} are not allowed; they must be finite and ascend")
+            raise ValueError(f"{self.name}: bounds {bounds} are not allowed; they must be finite and ascending")
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ def _refuse_without_influence(free: Sequence[FreeParameter], J: Array) -> None:
     sizes = np.linalg.norm(J, axis=0)
     for p, size in zip(free, sizes, strict=True):
         if size <= NO_INFLUENCE * max(float(sizes.max()), np.sqrt(len(J)) * 1e-6):
-            raise ValueError(f"the data do not determine {p.name}: it does not change the residuals; leave it out")
+            raise ValueError(f"the data do not determine {p.name}: the residuals do not depend on it; leave it out")
 
 
 def _refuse_uncertain(free: Sequence[FreeParameter], half: Array, correlation: Array) -> None:

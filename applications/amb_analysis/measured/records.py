@@ -20,7 +20,8 @@ def check_sizes(values: Array | Complex, name: str) -> None:
     beyond = (sizes > MOST) | ((sizes < LEAST) & (sizes > 0.0))
     if beyond.any():
         raise ValueError(
-            f"{name}: {sizes[beyond][0]:g} is not allowed; numbers must be 0, or from {LEAST:g} to {MOST:g} in size"
+            f"{name}: {sizes[beyond][0]:g} is not allowed; numbers must be 0, or from {LEAST:g} to {MOST:g} "
+            "in magnitude"
         )
 
 

@@ -169,7 +169,7 @@ def _radians(unit: str, phase: Array, name: str) -> Array:
     radians = phase * factor
     largest = float(np.max(np.abs(radians), initial=0.0))
     if largest > MOST_PHASE:
-        raise ValueError(f"{name} of {largest:g} rad is not allowed; it must be within {MOST_PHASE:g} rad")
+        raise ValueError(f"{name} of {largest:g} rad is not allowed; its magnitude must be <= {MOST_PHASE:g} rad")
     if factor == 1.0 and largest > 2.0 * np.pi and (jump := float(np.max(np.abs(np.diff(phase))))) > HALF_TURN:
         raise ValueError(
             f"{name} jumps by {jump:.3g} {unit} between neighbouring lines, so it is neither wrapped nor unwrapped; "

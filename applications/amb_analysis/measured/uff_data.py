@@ -137,7 +137,7 @@ def _check_function(item: Set, number: int) -> None:
     if item["binary"] and (item["byte_ordering"] not in BYTE_ORDERS or item["fp_format"] != IEEE):
         raise ValueError(
             f"set {number} states byte order {item['byte_ordering']} and number format {item['fp_format']}; the byte "
-            f"order must be 1 or 2, and the format {IEEE} (IEEE 754)"
+            f"order must be 1 or 2, and the format must be {IEEE} (IEEE 754)"
         )
     n, announced = len(item["data"]), int(item["num_pts"])
     if n != announced or len(item["x"]) != n:

@@ -59,7 +59,7 @@ def receptances(loop: ForwardLoop, whirl: float | None = None) -> Receptances:
     """
     omega = loop.Omega if whirl is None else whirl
     if omega == 0.0:
-        raise ValueError("a frequency of 0 rad/s is not allowed; it must not be zero")
+        raise ValueError("a frequency of 0 rad/s is not allowed")
     at_sites, at_unbalance, at_currents = loop.columns
     m = len(loop.sites)
     G = frequency_response(loop.plant, 1j * omega)

@@ -62,7 +62,8 @@ _GENERAL = {
     "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response as a function of speed."),
     "coupling": Study(
         ".coupling_order",
-        "Compare orders and steps of the master. The results are the orbit, outcome and cost of a scenario.",
+        "Compare execution orders and step sizes of the master. The results are the orbit, outcome and cost of a "
+        "scenario.",
     ),
     "convergence": Study(
         ".contact_convergence",
@@ -78,7 +79,8 @@ _GENERAL = {
     ),
     "traps": Study(
         ".contact_traps",
-        "Find states of sustained contact. The results are their stability and the force that frees the rotor.",
+        "Find states of sustained contact. The results include the stability of each state and the force that frees "
+        "the rotor.",
     ),
     "linearisation": Study(
         ".bearing_axis",
@@ -91,7 +93,8 @@ _GENERAL = {
     ),
     "fit": Study(
         ".rotor_fit",
-        "Fit a rotor or a machine to a measurement. Parameters get 95 % intervals; undetermined ones are refused.",
+        "Fit a rotor or a machine to a measurement. Each parameter gets a 95 % interval; parameters that the data do "
+        "not determine are refused.",
     ),
     "waterfall": Study(
         ".run_spectra",

@@ -217,7 +217,7 @@ def linearisation(
     if not largest > 0.0:
         raise ValueError(
             f"bias-current = {p.bias_current:g} A with static-current = {p.static_current:g} A is not allowed; a coil "
-            f"carries 0 to {p.current_limit:g} A, and the control current must be able to raise and lower it"
+            f"carries 0 to {p.current_limit:g} A, and the control current must be able to raise and lower its current"
         )
     k_s, k_i = magnetic_bearing.linear_constants(p)
     full_swing = tuple(

@@ -211,7 +211,7 @@ class Traps(MachineResult):
             traps = f"a rotor already in contact can stay there from {smallest}"
         else:
             times = f"{largest / self.grade_limit_at_speed:.3g} times the limit of G 2.5 at {unit.text(self.speed)}"
-            traps = f"no contact is stable with unbalances up to {_grams(largest)}, {times}"
+            traps = f"no contact is stable with unbalances up to {_grams(largest)}, which is {times}"
         return f"up to {unit.text(highest)}: {touches}; {traps}"
 
     def _freeing(self) -> list[str]:
@@ -308,7 +308,7 @@ def traps(
     if len(machine.sites) > AT_ONCE:
         notes.append(
             f"the map and the curves show only states with at most {AT_ONCE} sites in contact; the list of states "
-            f"includes states with more"
+            "also contains states with more sites in contact"
         )
     return Traps(
         scenario=values.name,

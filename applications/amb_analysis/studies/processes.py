@@ -104,4 +104,4 @@ def check_script() -> None:
 
 def main_guard_advice(function: str) -> str:
     """Return advice to call `function` below a main guard, because each process imports the script."""
-    return f'a script must call {function} below if __name__ == "__main__":, because each process imports it'
+    return f'a script must call {function} below if __name__ == "__main__":, because each process imports the script'

@@ -271,9 +271,7 @@ def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> A
 
 def _comments(result: Fit, free: Sequence[FreeParameter], measured: str) -> list[str]:
     """Return comment lines for a TOML file, which describe the fitted parameters."""
-    lines = [
-        f"# Fitted to {measured} by least squares, {result.residuals} residuals; 95 % intervals of the parameters:"
-    ]
+    lines = [f"# Fitted to {measured} by least squares ({result.residuals} residuals). Values and 95 % intervals:"]
     for p in free:
         fitted = result.parameters[p.name]
         bounds = f"bounds {p.lowest:.6g} to {p.highest:.6g}"

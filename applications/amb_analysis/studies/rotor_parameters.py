@@ -117,7 +117,7 @@ def free_bounds(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> di
     if not pairs:
         raise ValueError("free is missing; name a parameter with its bounds, such as bodies.wheel.mass=3:5")
     if twice := repeated(name for name, _ in pairs):
-        raise ValueError(f"free names {twice[0]} twice; a parameter must have one pair of bounds")
+        raise ValueError(f"free contains {twice[0]} twice; a parameter must have one pair of bounds")
     return dict(pairs)
 
 
@@ -135,7 +135,7 @@ def _split(text: str) -> tuple[str, tuple[str, str]]:
     name, sign, bounds = text.partition("=")
     low, colon, high = bounds.partition(":")
     if not (name and sign and colon):
-        raise ValueError(f"free {text!r} is not allowed; it must be NAME=LOWEST:HIGHEST")
+        raise ValueError(f"free = {text!r} is not allowed; it must be NAME=LOWEST:HIGHEST")
     return name.strip(), (low, high)
 
 

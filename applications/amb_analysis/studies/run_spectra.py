@@ -124,7 +124,7 @@ class Waterfall(WarnedResult, DrawnResult):
                 ", ".join(map(_speed, result.resonances)) or "-",
                 *result.other,
             )
-        nearby = f"up to {NEAR / self.window:.3g} Hz from the spin frequency, from 0 Hz or from each other"
+        nearby = f"within {NEAR / self.window:.3g} Hz of the spin frequency, of 0 Hz or of each other"
         note = f"negative frequencies are backward whirl; vibrations {nearby} are not distinguished"
         return [table, note, *self.warning_lines()]
 

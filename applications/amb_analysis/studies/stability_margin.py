@@ -192,7 +192,7 @@ class StabilityMargin(MachineResult):
         if above:
             largest, name = max(above, key=lambda item: item[0].peak)
             lines.append(
-                f"above {HIGHEST:g} Hz, where the standard ends, the largest peak is {largest.peak:.3f} at "
+                f"above {HIGHEST:g} Hz, beyond the range of the standard, the largest peak is {largest.peak:.3f} at "
                 f"{largest.frequency:.1f} Hz ({name})"
             )
         return [answer, table, all_loops, *lines, *self.warning_lines()]
@@ -217,7 +217,7 @@ def _check_agreement(axes: Sequence[str], frequencies: Array, computed: Complex,
         )
         raise ValueError(
             f"the linear model contradicts the co-simulation: at {frequencies[k, line]:.1f} Hz, |S| of {axes[k]} is "
-            f"{values}; an FMU of your own may sample at another rate than the communication step, or not be linear"
+            f"{values}; an FMU of your own may be nonlinear, or its sample time may differ from the communication step"
         )
 
 

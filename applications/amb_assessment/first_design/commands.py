@@ -41,8 +41,8 @@ def _positions(text: str) -> list[str]:
     metavar="'Z Z'",
     help="Positions of the two bearings, such as '0.2 m 1.0 m'.",
 )
-@click.option("--k-i", type=WithUnit("210 N/A"), help="K_i of an axis from a data sheet ('210 N/A'); with --k-s.")
-@click.option("--k-s", type=WithUnit("1.5e6 N/m"), help="K_s at the centre ('1.5e6 N/m').")
+@click.option("--k-i", type=WithUnit("210 N/A"), help="K_i of an axis from a data sheet, such as '210 N/A'.")
+@click.option("--k-s", type=WithUnit("1.5e6 N/m"), help="K_s at the centre, such as '1.5e6 N/m'; with --k-i.")
 @click.option(
     "--gap",
     type=WithUnit("0.4 mm"),
@@ -56,7 +56,7 @@ def _positions(text: str) -> list[str]:
 @click.option(
     "--drive",
     type=click.Choice(["differential", "one-sided"]),
-    help="Coils that carry the load: both (default), or the upper.",
+    help="Coils that carry the load: both (default), or only the upper ones.",
 )
 @FLAVOUR
 def new(
@@ -150,7 +150,7 @@ def new(
     if reduction.method == "free_modes" and not reduction.speed:
         click.echo(
             "the [reduction] of the rotor file states no speed, so the simulated rotor may whirl too fast; add speed = "
-            f"'{TRIP * sizes.speed * RPM:.5g} rpm' to [reduction] in rotor.toml, and check the error with rotor show"
+            f"'{TRIP * sizes.speed * RPM:.5g} rpm' to [reduction] in rotor.toml, and check the error with 'rotor show'"
         )
     if sizes.retainers:
         click.echo(
@@ -185,11 +185,11 @@ def _magnet(
 
 def _assumed(magnet: MagnetData) -> str:
     """Return the assumptions about a magnet that is described by a data sheet."""
-    constants = "K_i and K_s hold without load"
+    constants = "K_i and K_s are values without load"
     if magnet.keeps_k_s:
         constants = (
-            "K_i and K_s are assumed to hold under load, and the gap is assumed; if they hold without load, set --gap "
-            "or --bias"
+            "K_i and K_s are taken as values under load, and the gap is assumed; if they are values without load, "
+            "set --gap or --bias"
         )
     elif magnet.gap is None and magnet.bias is None:
         constants += ", and the gap is assumed"
@@ -236,7 +236,7 @@ def _comparison(magnet: MagnetData | None, typical: MagnetData) -> str:
     text = f"; a magnet sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"
     ratio = max(magnet.k_i / typical.k_i, typical.k_i / magnet.k_i)
     return (
-        f"{text}; the factor between them is {ratio:.2g}: are the constants those of an axis or of a pole?"
+        f"{text}; the values of K_i differ by a factor of {ratio:.2g}: is the data sheet for an axis or for a pole?"
         if ratio > APART
         else text
     )

@@ -181,7 +181,8 @@ def _coil_lines(sizes: MachineSizes) -> str:
         }
         lines += [f'\n"{bearing}.{name}_?" = "{value:.6g} {unit}"' for name, (value, unit) in values.items()]
         shift = 0.5 * coils.static_current
-        lines[-3] += f"  # {coils.bias_current + shift:.4g} A less {shift:.4g} A; the upper coils carry more"
+        mean = coils.bias_current + shift
+        lines[-3] += f"  # lower coils: {mean:.4g} A - {shift:.4g} A; upper coils: {mean:.4g} A + {shift:.4g} A"
     return "".join(lines)
 
 
@@ -208,7 +209,7 @@ def _behaviour(design: Design) -> str:
 def _gravity(tilt: float) -> dict[str, str]:
     """Return the template values for gravity (m/s^2) and for the scenario line that sets the tilt (rad)."""
     degrees = round(math.degrees(tilt), 9)
-    line = f'\ntilt = "{degrees:.9g} deg"  # of the shaft above the horizontal' if degrees else ""
+    line = f'\ntilt = "{degrees:.9g} deg"  # angle of the shaft above the horizontal' if degrees else ""
     return {"gravity": f"{STANDARD_GRAVITY:.6g}", "of_tilt": line}
 
 

@@ -44,9 +44,9 @@ NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 EXPERIMENTS = "application/x-ma-hs-experiments"  # type of the file
 STEPS = 10
 SHARE = 0.02  # smallest stimulus, relative to the nominal size
-TEXT = """This FMU contains an experiment with reference results (FMI-LS-REF, extra/org.fmi-standard.fmi-ls-ref):
-{steps} steps of {h!r} s from the start values, with the inputs of stimuli.csv if it exists, give the outputs in
-references.csv.
+TEXT = """This FMU contains an experiment with reference results (FMI-LS-REF, extra/org.fmi-standard.fmi-ls-ref).
+The experiment takes {steps} steps of {h!r} s from the start values, with the inputs of stimuli.csv if this file exists.
+The outputs are in references.csv.
 A tool that runs the FMU correctly obtains these values, except for the last bits if it uses a different C library.
 `amb-cosim verify {name}.fmu` runs the experiment in FMPy and compares the results.
 """

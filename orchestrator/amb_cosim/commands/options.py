@@ -148,7 +148,7 @@ UNITS: Option = click.option(
     help="Units of tables and figures: rpm, Hz, rad/s; mm, um, m; N, kN.",
 )
 ALL = click.option("--all", "show_all", is_flag=True, help="Print all values and the full warnings.")
-UNTIL = click.option("--until", metavar="TIME", help="End time after the start of cycle 0: 0.3 (s) or 300ms.")
+UNTIL = click.option("--until", metavar="TIME", help="End time after the start of cycle 0, such as 300ms.")
 ROTOR = click.option("--rotor", metavar="NAME|FILE", cls=RotorOption, help="Packaged rotor or rotor file")
 FLAVOUR = click.option(
     "--flavour",

@@ -18,7 +18,7 @@ TABLES = (".csv", ".mat")
 @click.argument("result", type=click.Path(path_type=Path))
 @click.argument("variables", nargs=-1, required=True, metavar="VARIABLE...")
 @output("Output file (.png, .pdf, .svg, .csv or .mat); default: FIGURE.png or traces.png in the result folder.")
-@click.option("--begin", metavar="MOMENT", help="Start time, 0.3 (s) or 'cycle 5'.")
+@click.option("--begin", metavar="MOMENT", help="Start time, such as 0.3 (s) or 'cycle 5'.")
 @click.option("--until", metavar="MOMENT", help="Last moment.")
 @UNITS
 def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: str | None, until: str | None) -> None:

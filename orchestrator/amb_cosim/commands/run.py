@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from amb_cosim.results.result import Result
 
 FOLDER = output("Folder for the results; default: results/NAME, or results/FOLDER_NAME for a file FOLDER/NAME.toml.")
-AUTOSAVE = """Time between automatic checkpoints; 0 saves none."""
+AUTOSAVE = """Time between automatic checkpoints; 0 disables them."""
 AUTOSAVED = "autosave.npz"
 STEP = click.option("--step", metavar="TIME", help="Communication step, such as 1ms, of an SSP archive without one.")
 
@@ -49,7 +49,7 @@ STEP = click.option("--step", metavar="TIME", help="Communication step, such as 
 @NO_PLOTS
 @UNITS
 @ALL
-@click.option("--save-at", multiple=True, metavar="MOMENT", help="Save the state at 'cycle 5', '0.3 s', ....")
+@click.option("--save-at", multiple=True, metavar="MOMENT", help="Save the state at a time, such as 'cycle 5'.")
 @click.option("--from", "start", metavar="FILE", help="Continue from a state saved by --save-at.")
 @click.option(
     "--autosave", type=click.FloatRange(0.0), default=60.0, show_default=True, metavar="SECONDS", help=AUTOSAVE
@@ -127,7 +127,7 @@ def _save(result: Result, moment: str, folder: Path) -> str:
 @click.argument("system_file", type=click.Path(path_type=Path))
 @SETTINGS
 @FOLDER
-@click.option("--until", metavar="TIME", help="End time for an SSP archive: 0.3 (s) or 300ms.")
+@click.option("--until", metavar="TIME", help="End time for an SSP archive, such as 0.3 (s) or 300ms.")
 @STEP
 @ROTOR
 @FLAVOUR

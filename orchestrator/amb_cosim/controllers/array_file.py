@@ -87,11 +87,11 @@ def _laws(content: Mapping[str, Any], step: float | None) -> Law | dict[float, L
         return Law(**matrices, sample_time=step)
     speeds = np.ravel(content["speeds"])
     if speeds.dtype.kind not in "fiu" or not len(speeds):
-        raise ValueError("speeds is not allowed; it must contain numbers in rad/s")
+        raise ValueError("speeds must contain one or more numbers in rad/s")
     for name, matrix in matrices.items():
         if matrix.ndim != 3 or matrix.shape[2] != len(speeds):
             raise ValueError(
-                f"{name} of shape {matrix.shape} is not allowed; with {len(speeds)} speeds it must be "
+                f"{name} of shape {matrix.shape} is not allowed; with {len(speeds)} speeds, the shape must be "
                 f"rows x columns x {len(speeds)}"
             )
     table = {
@@ -99,26 +99,26 @@ def _laws(content: Mapping[str, Any], step: float | None) -> Law | dict[float, L
         for k, speed in enumerate(speeds)
     }
     if len(table) < len(speeds):
-        raise ValueError(f"speeds = {speeds.tolist()} rad/s is not allowed; they must differ")
+        raise ValueError(f"speeds = {speeds.tolist()} rad/s is not allowed; the speeds must differ")
     return table
 
 
 def _starts(content: Mapping[str, Any]) -> dict[str, float]:
     names, values = _names("start_names", content["start_names"]), np.ravel(content.get("start_values", ()))
     if len(names) != len(values) or values.dtype.kind not in "fiu":
-        raise ValueError(f"start_values is not allowed; it must contain {len(names)} numbers")
+        raise ValueError(f"start_values must contain {len(names)} numbers, one for each of start_names")
     return dict(zip(names, map(float, values), strict=True))
 
 
 def _number(content: Mapping[str, Any], name: str, default: float) -> float:
     value = np.ravel(content.get(name, default))
     if value.shape != (1,) or value.dtype.kind not in "fiub" or not np.isfinite(value[0]):
-        raise ValueError(f"{name} is not allowed; it must be a finite number")
+        raise ValueError(f"{name} must be a finite number")
     return float(value[0])
 
 
 def _names(key: str, value: Any) -> list[str]:
     names = np.ravel(value)
     if names.dtype.kind != "U":
-        raise ValueError(f"{key} is not allowed; it must contain names")
+        raise ValueError(f"{key} must contain names")
     return [name.strip() for name in names.tolist()]

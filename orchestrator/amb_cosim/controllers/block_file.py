@@ -168,7 +168,7 @@ def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
         with errors_in(where):
             gains = schedule(channel.gain, "gain", lambda raw, _: float(raw))
     if not np.isfinite(gains).all():
-        raise ValueError(f"{where}: gain is not allowed; it must be finite")
+        raise ValueError(f"{where}: gain must be finite")
     return gains
 
 

@@ -167,7 +167,7 @@ class Notch(BlockTable):
         return _number(self.damping, "1", "damping", 1e-6, 10.0)
 
     def law(self, warp: Warp) -> Law:
-        assert not isinstance(self.frequency, tuple), "a law requires a block at a speed"
+        assert not isinstance(self.frequency, tuple), "a law requires a single frequency; see `at`"
         w = warp(angular_frequency(self.frequency, "frequency"))
         z, depth = self._damping(), _number(self.depth, "1", "depth", 0.0, 1e3)
         return law_of(([1.0, 2.0 * depth * z * w, w * w], [1.0, 2.0 * z * w, w * w]))

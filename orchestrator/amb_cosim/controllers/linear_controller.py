@@ -283,7 +283,7 @@ def _laws(K: Any, sampled_arrays: bool) -> dict[float, Law]:
 
 def _sample_time(law: Law) -> float:
     if not law.sample_time:
-        raise ValueError("sample_time is missing; it is required for a K that does not state it")
+        raise ValueError("sample_time is missing; it is required because K does not state it")
     return law.sample_time
 
 

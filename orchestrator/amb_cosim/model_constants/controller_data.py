@@ -94,7 +94,7 @@ def pack(loop: ControlLoop, speeds: ArrayLike, receptances: ArrayLike, orders: S
         raise ValueError(f"speeds = {omega} rad/s is not allowed; they must be > 0 rad/s, finite and ascending")
     allowed = range(1, LARGEST_ORDER + 1)
     if not orders or any(n not in allowed for n in orders) or list(orders) != sorted(set(orders)):
-        raise ValueError(f"orders = {list(orders)} is not allowed; they must ascend and be from 1 to {LARGEST_ORDER}")
+        raise ValueError(f"orders = {list(orders)} is not allowed; orders must ascend and be from 1 to {LARGEST_ORDER}")
     shape = (omega.size, *loop.shape)
     if r.shape not in ((len(orders), *shape), *((shape,) if len(orders) == 1 else ())):
         raise ValueError(

@@ -111,8 +111,8 @@ def plant_structure(
         at_seal = at_seals[2 * k : 2 * k + 2]
         M += left[:, at_seal] @ constant_mass(seal) @ right[at_seal]
     if rotor.seals and not np.linalg.eigvalsh(M)[0] > 0.0:
-        what = "the mass matrix must be positive definite"
-        raise ValueError(f"rotor {rotor.name!r} with the mass of its seals is not allowed; {what}")
+        what = "with the mass of its seals, the mass matrix must be positive definite"
+        raise ValueError(f"rotor {rotor.name!r} is not allowed; {what}")
     Minv: Array = np.linalg.inv(M).astype(np.float64)
     seals = Seals(
         seal_records((*rotor.seals, *tilting)), np.concatenate([right[at_seals], (Minv @ left[:, at_seals]).T])

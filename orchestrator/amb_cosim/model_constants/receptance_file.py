@@ -256,7 +256,7 @@ class _Receptance:
                 f"real has {_shape(self.real)}, but imaginary has {_shape(self.imaginary)}; the sizes must be equal"
             )
         if (self.inner_real is None) != (self.inner_imaginary is None):
-            raise ValueError("inner_real and inner_imaginary must both be set, or neither")
+            raise ValueError("inner_real and inner_imaginary must be set together or not at all")
         for name, matrix in (("inner_real", self.inner_real), ("inner_imaginary", self.inner_imaginary)):
             if matrix is not None and matrix.shape != self.real.T.shape:
                 raise ValueError(f"{name} has {_shape(matrix)}; it must have {_shape(self.real.T)}, axes by sensors")

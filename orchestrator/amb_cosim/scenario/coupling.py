@@ -55,10 +55,10 @@ def coupling_warning(
     if coupling != "jacobi" or step_size <= longest * (1.0 + 1e-9):
         return None
     step, lag, ahead, most = (1e6 * time for time in (step_size, delay(coupling, step_size), prediction_time, longest))
-    compensation = f", a delay of which the controller predicts {ahead:g} µs" if prediction_time > 0.0 else ""
+    compensation = f" (the controller predicts {ahead:g} µs of this delay)" if prediction_time > 0.0 else ""
     whose = "of the controller's sample time" if sample_time else f"of {1e6 * USUAL_SAMPLE_TIME:g} µs between samples"
     return (
-        f"with communication_step = {step:g} µs in Jacobi order each force comes {lag:g} µs after the displacements "
+        f"with communication_step = {step:g} µs in Jacobi order, each force comes {lag:g} µs after the displacements "
         f"that it responds to{compensation}; this changes the damping of a levitated rotor and may make it unstable. "
         f"Use steps of at most {most:g} µs, a fifth {whose}"
     )

@@ -103,7 +103,7 @@ def _assumed_loads(missing: MissingParameters) -> list[str]:
             kept.setdefault(f"{current:g} A", []).append(f"{bearing}.{axis}")
     return [
         f"static_current = {current} of {', '.join(axes)} is a default that does not fit these magnets, and the "
-        "scenario states no gravity; if the magnets carry no weight, as with a vertical shaft, set the current to 0 A, "
+        "scenario states no gravity; if the magnets carry no weight, as with a vertical shaft, set the current to 0 A "
         "or set gravity = 0"
         for current, axes in kept.items()
     ]

@@ -83,7 +83,7 @@ def implausible_unbalances(plan: Plan) -> list[str]:
         if u * fastest > LARGEST_GRADE * mass > 0.0:
             sentences.append(
                 f"{name} = {u:.4g} kg m is implausible for {mass:.4g} kg at "
-                f"{speed_unit().text(fastest)}: an eccentricity of {1e3 * u / mass:.3g} mm, "
+                f"{speed_unit().text(fastest)}: it gives an eccentricity of {1e3 * u / mass:.3g} mm, "
                 f"G {1e3 * u / mass * fastest:.4g} (plausible: <= G {1e3 * LARGEST_GRADE:g}; "
                 "residual unbalance: G 2.5); is it in g m or g mm?"
             )
@@ -95,8 +95,8 @@ def viscous_losses(assembly: Assembly) -> list[str]:
     losses = {name: (fmu.layout or {}).get("loss_factor", 0.0) for name, fmu in assembly.fmus.items()}
     return [
         f"{name}: loss_factor = {eta:g} is approximated by viscous damping with the same loss in the elastic modes of "
-        "the free rotor at rest; this damping is too weak on stiff supports, and its effect on whirl that is slower "
-        "than the spin grows with the spin ('study campbell' uses the loss factor itself)"
+        "the free rotor at rest; this damping is too weak on stiff supports, and its effect on subsynchronous whirl "
+        "grows with the spin speed ('study campbell' uses the loss factor itself)"
         for name, eta in losses.items()
         if eta
     ]

@@ -91,7 +91,7 @@ class Scenario(Table):
     `ReceptanceTable`.
     """
     gradient: bool = True
-    """Whether the magnetic force follows the rotor within a communication step, by way of the force gradient."""
+    """Whether the force gradient makes the magnetic force follow the rotor within a communication step."""
     coupling: Coupling | None = None
     """Order in which the components step; default: the system's order."""
     communication_step: Value | None = None
@@ -100,7 +100,9 @@ class Scenario(Table):
     `prediction_time` is set.
     """
     Omega: Value
-    """Speed until cycle 0, and after it unless `speed` has points. A file states its unit; a number is in rad/s."""
+    """Speed until cycle 0, and after it unless `speed` has points. In a file, the value has a unit; in Python, a number
+    is in rad/s.
+    """
     gravity: Value | None = None
     """Gravitational acceleration. The static currents of magnetic bearings carry the weight, and the rotor
     levitates at its setpoint; parameters set in the scenario keep their values. Without the key, static currents keep
@@ -114,8 +116,8 @@ class Scenario(Table):
     with `[thrust_disc]` in its file moves along the shaft.
     """
     settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
-    """Revolutions before cycle 0 in which the motion settles. With any communication step, the rotor angle at cycle 0
-    is `initial.angle` of the rotor plus these revolutions."""
+    """Revolutions before cycle 0 in which the motion settles. Regardless of the communication step, the rotor angle
+    at cycle 0 is `initial.angle` of the rotor plus these revolutions."""
     settling: Settling = "simulated"
     """How the motion before cycle 0 is found: `simulated` over `settle_cycles`; `solved` as a steady motion, followed
     by a simulated revolution that ends at the same rotor angle; or `automatic`, which solves if possible. Solving is
@@ -128,7 +130,7 @@ class Scenario(Table):
     end_time: Value | None = None
     """End of the run in seconds."""
     unbalance_factor: float = Field(default=1.0, gt=0.0, le=1e9)
-    """Multiplies every unbalance (input in kg.m) that the scenario sets."""
+    """Factor for every unbalance (input in kg.m) that the scenario sets."""
     inputs: dict[str, Values] = Field(default={})
     """Initial values of inputs, by component."""
     parameters: dict[str, Values] = Field(default={})
@@ -136,7 +138,7 @@ class Scenario(Table):
     event: tuple[Event, ...] = ()
     """Changes during the run."""
     speed: tuple[SpeedPoint, ...] = ()
-    """Points of the speed after cycle 0, linear between them and constant after the last."""
+    """Points of the speed after cycle 0; the speed is linear between them and constant after the last."""
     profile: tuple[InputProfile, ...] = ()
     """Inputs that change linearly between points or come from a file; times count from cycle 0."""
     stop: tuple[Stop, ...] = ()

@@ -89,8 +89,8 @@ def lacking_stators(
     if not missing:
         return []
     return [
-        f"until t = {start.time:.9g} s, the run that is continued had no stators at {', '.join(missing)}, where "
-        "amplifiers are switched off later; if the rotor crosses the air gap there, this run ends"
+        f"the checkpoint at t = {start.time:.9g} s has no stators at {', '.join(missing)}, where this run switches off "
+        "amplifiers; the run ends if the rotor crosses the air gap there"
     ]
 
 

@@ -111,8 +111,8 @@ class ContactLaws(DrawnResult):
         return [
             table,
             f"as printed, the force of (4.3) jumps to {jump} at first contact (A in Fig. 4.1) and pulls the mass with "
-            f"{pull} before it leaves (B); in the plant, no law pulls the mass, and the force of (4.13) begins at "
-            f"{smooth}",
+            f"{pull} before the mass leaves (B); in the plant, no law pulls the mass, and the force of (4.13) begins "
+            f"at {smooth}",
         ]
 
 

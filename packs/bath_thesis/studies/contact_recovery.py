@@ -100,10 +100,10 @@ class ControlComparison(DrawnResult):
             table.add_row(control, *(_cell(cell) for cell in cells))
         return [
             table,
-            f"runs free of contact at cycle {self.end_cycle:g} (%), and their median number of cycles to the last "
-            "contact",
-            f"factor {self.unbalance_factor:g} on all unbalances; instants of the step: {self.instants}; H comes "
-            "from the rotor model unless it is identified in the sampled loop",
+            f"share of the runs that are free of contact at cycle {self.end_cycle:g} (%), and the median number of "
+            "cycles from the step to their last contact",
+            f"all unbalances are multiplied by {self.unbalance_factor:g}; number of instants of the step: "
+            f"{self.instants}; H comes from the rotor model unless it is identified in the sampled loop",
         ]
 
 

@@ -138,9 +138,9 @@ class ModelReduction(DrawnResult):
             "The coarse mesh has the same discs, cores and bearings at the same positions, and the same mass. Its "
             "consistent matrices bound the frequencies of finer meshes from above (Ritz), and its lumped matrices "
             f"raise the diametral inertia by {more:.1f} %, which lowers the conical mode. The first frequency printed "
-            f"for 6 nodes is {first:.0f} % higher than for 13 nodes, which would require {inertia:.0f} % of the "
-            f"inertia; the third pair is {-third:.0f} % lower. These are not frequencies of a coarser mesh of the same "
-            "rotor."
+            f"for 6 nodes is {first:.0f} % higher than the one printed for 13 nodes. This would require a reduction of "
+            f"the inertia to {inertia:.0f} %. However, the frequencies printed for the third pair are {-third:.0f} % "
+            "lower. The printed frequencies are therefore not those of a coarser mesh of the same rotor."
         )
 
 

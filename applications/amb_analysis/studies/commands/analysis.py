@@ -69,7 +69,7 @@ MEASURED = (
     click.option(
         "--loop",
         type=click.Choice(["free", "linear", "open", "closed"]),
-        help="Support of the rotor; default: closed; free with --rotor.",
+        help="Support of the rotor; default: closed, or free with --rotor.",
     ),
     click.option("--input", "inputs", multiple=True, metavar="CHANNEL", help="Input, such as fan.f_x; repeatable."),
     click.option("--response", "outputs", multiple=True, metavar="CHANNEL", help="Output, such as eye.x; repeatable."),
@@ -249,10 +249,10 @@ add_study(
     "traps",
     *MACHINE,
     click.option("--speed", type=SPEED, help="Spin speed of the machine; default: the scenario's."),
-    click.option("--unbalance", type=UNBALANCE, help="Unbalance of the machine; default: the scenario's last."),
+    click.option("--unbalance", type=UNBALANCE, help="Unbalance of the machine; default: the scenario's final one."),
     click.option("--place", metavar="DISC", help="Place of the unbalance; default: as in the scenario."),
     click.option("--up-to", type=SPEED, help="Highest speed of the map; default: twice the machine's."),
-    click.option("--unbalance-up-to", type=UNBALANCE, help="Largest unbalance of the map; default: beyond the traps."),
+    click.option("--unbalance-up-to", type=UNBALANCE, help="Largest unbalance of the map; default: enough for a trap."),
     *RUN,
 )
 add_study(

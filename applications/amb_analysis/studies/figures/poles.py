@@ -110,7 +110,7 @@ def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: fl
     drawn, usual = unit.text(least.frequency), frequency_unit().text(least.frequency)
     frequency = drawn if usual == drawn else f"{drawn} ({usual})"
     text = f"least damped: {frequency},\ndecrement {decrement:.2g} at {unit.text(least.speed, 5)}" + (
-        " (triangle: beyond the axis)" if is_beyond else ""
+        " (triangle: outside the plot)" if is_beyond else ""
     )
     return Line2D([], [], marker="D", color="black", mfc="none", ls="", ms=7.0, label=text)
 
@@ -161,4 +161,4 @@ def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
             va="bottom",
         )
     axes.set(xlabel=f"Re $s$ ({unit.label})", ylabel=f"Im $s$ ({unit.label})")
-    axes.set_title(f"Poles; dots at {speed_unit().text(result.operating_speed, 5)}", loc="left")
+    axes.set_title(f"Poles; dots: at {speed_unit().text(result.operating_speed, 5)}", loc="left")

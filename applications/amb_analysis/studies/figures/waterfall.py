@@ -58,7 +58,7 @@ def draw(result: Waterfall) -> Figure:
     write_title(
         figure,
         f"{result.scenario}: spectra of x + jy, windows of {result.window:.3g} s\n"
-        "triangles point at the frequency of rotation, forward and backward",
+        "triangles mark the spin frequency, forward and backward",
     )
     return figure
 

@@ -55,8 +55,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     )
     notes: tuple[str, ...] = (
         f"The overload is an acceleration of the base along {' or '.join(subject.directions_of_contact)}, in either "
-        f"direction, that rises by {OVERLOAD_STEP:g} g every {1e3 * OVERLOAD_TIME:g} ms, in addition to gravity and "
-        "unbalance; the worst direction is judged.",
+        f"direction, in addition to gravity and unbalance. It rises by {OVERLOAD_STEP:g} g every "
+        f"{1e3 * OVERLOAD_TIME:g} ms; the worst direction is judged.",
         "A rotor that crosses the air gap of a magnet is in contact; if the magnet is energised, the run ends.",
     )
     carried = _carried(subject, Omega, inputs)

@@ -110,8 +110,9 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"is free. The rotor is at rest if it stays in its retainers within 5 % of the clearance until the run ends; "
         f"it may rotate. The run ends "
         f"at {100.0 * STOPPED:g} % of the initial speed, or after {longest(subject, LONGEST, MOST_STEPS):.4g} s at the "
-        f"latest. The run ends earlier if the rotor would still turn after that time and a run of half the duration "
-        f"predicted the same time of standstill (within {100.0 * SAME_TIME:g} %) and the same rest or steady rocking.",
+        f"latest. The run ends earlier if standstill is predicted after that time, and if a run of half the duration "
+        f"predicted the same time of standstill (within {100.0 * SAME_TIME:g} %) and the same state (rest or steady "
+        "rocking).",
         "In addition to friction, the machine's drag brakes the rotor: spin.drag (gas, windage), race_drag and "
         "race_viscous_drag (balls). A race without drag rotates with the rotor for minutes and absorbs hardly any "
         "heat.",
@@ -224,8 +225,8 @@ def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speed
     other = "is never reached" if before is None else f"is reached after {before.time:.4g} s"
     share = 100.0 * abs(float(speeds[-1] / speeds[0]))
     basis = (
-        f"extrapolated from {share:.3g} % of the speed, with the friction of the second half of the run; without "
-        f"the last quarter of the run, standstill {other}"
+        f"extrapolated from {share:.3g} % of the speed, with the friction of the second half of the run; if the "
+        f"last quarter of the run is left out, the extrapolated standstill {other}"
     )
     yield Quantity("standstill_time", "extrapolated", coasting.time, "s", {}, basis)
     yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + coasting.heat, "J", {}, basis)

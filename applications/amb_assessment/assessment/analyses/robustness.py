@@ -81,11 +81,11 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"K_i {tolerances.k_i:.0%}, K_s {tolerances.k_s:.0%}, gap {tolerances.gap:.0%}, modes {tolerances.modes:.0%}"
     )
     notes = (
-        f"Tolerances: {shares}, all corners. Stability is judged from zero to the trip speed, decrements from the "
-        "smallest speed to the trip speed. Sensitivities are judged up to half the sample rate, at the smallest and "
-        "the largest speed and, for the corner with the largest sensitivity, also between them. A gap wider by a "
-        "fraction d divides K_i by (1 + d)^2 and K_s by (1 + d)^3. The modes are the free rotor's bending modes, "
-        "which all change by the same factor.",
+        f"Tolerances: {shares}; all corners are analysed. Stability is judged from zero to the trip speed, and "
+        "decrements are judged from the smallest speed to the trip speed. Sensitivities are judged up to half the "
+        "sample rate, at the smallest and the largest speed and, for the corner with the largest sensitivity, also "
+        "between them. A gap wider by a fraction d divides K_i by (1 + d)^2 and K_s by (1 + d)^3. The modes are the "
+        "free rotor's bending modes, which all change by the same factor.",
     )
     heads = ("changed", "largest |z|", "of", "least decrement", "largest |S|")
     return AnalysisResult(tuple(measured), (), (ResultTable("Corners of the tolerances", heads, tuple(rows)),), notes)

@@ -53,7 +53,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         measured.append(Quantity("sensitivity_measured", where, axis.measured_peak, "1", {"frequency": hz}, note))
     note = (
         f"Amplifiers are {study.amplifier}. The delay of the demands is {study.delay:g} times the sample time. Zones "
-        "are judged up to 2 kHz or half the sample rate; a criterion of this package judges the peak above 2 kHz."
+        "are judged up to 2 kHz or half the sample rate, whichever is lower; a criterion of this package judges the "
+        "peak above 2 kHz."
     )
     has_axial = len(loop.axes) > len(loop.lateral_axes)
     notes = (note, ALONG_THE_SHAFT) if has_axial else (note,)

@@ -65,15 +65,15 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     notes = (
         f"Unbalance: {FACTOR:g} U_r = {1e6 * total:.4g} g mm in total, U_r = 6350 m/N g mm with the mass m in kg; "
         f"each lobe of a mode's shape receives a share at its antinode, in proportion to mass times shape. Shapes are "
-        f"undamped, without "
-        "seals and stages; the response includes both. The speeds extend to 1.5 times the largest "
-        "speed of the machine.",
+        "computed without damping, seals and stages; the response includes all of these. The speeds extend to 1.5 "
+        "times the largest speed of the machine.",
         "Critical speeds are peaks of this response. Unbalance at other places causes peaks at other speeds; "
         "`amb-cosim study unbalance_response`, for example, uses the unbalances of a scenario.",
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
-        "A_vl/A_max, the probe limit over the largest displacement at the probes in operation, with limits of 1 and 6. "
-        "The published text states only the upper limit of 6; the scale represents vibration that rises to the limit, "
-        "so it never reduces a share. The offset of a place is added to the scaled major axis.",
+        "A_vl/A_max, the ratio of the probe limit to the largest displacement at the probes in operation, limited to "
+        "the range from 1 to 6. The published text states only the upper limit of 6; the scale represents vibration "
+        "that rises to the limit, so it never reduces a share. The offset of a place is added to the scaled major "
+        "axis.",
         NEARER,
         *table_notes(subject, float(speeds[-1])),
     )

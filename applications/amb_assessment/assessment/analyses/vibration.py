@@ -37,8 +37,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         curves.append(curve(f"{name}, {rpm(Omega):.0f} rpm", cycles, 100.0 * used[name]))
         placed.append(f"{response.unbalance.note} at {rpm(Omega):.0f} rpm")
     notes = (
-        f"The unbalance of the balancing grade acts entirely at the rotor's planes, for the worst mode: "
-        f"{'; '.join(placed)}. "
+        f"The unbalance of the balancing grade acts only in the rotor's planes, in the distribution for the worst "
+        f"mode: {'; '.join(placed)}. "
         f"The largest steady response between the smallest and the largest speed is at {rpm(worst.Omega):.0f} rpm, "
         f"{100.0 * worst.share:.3g} % of the clearance at {worst.site}.",
         NEARER,

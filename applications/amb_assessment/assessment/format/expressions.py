@@ -125,7 +125,7 @@ def _value(node: ast.AST, values: Mapping[str, float]) -> Any:
 
 def _power(base: float, exponent: float) -> float:
     if not abs(exponent) <= LARGEST_POWER:
-        raise ValueError(f"a power beyond {LARGEST_POWER:g} is not allowed")
+        raise ValueError(f"an exponent of magnitude > {LARGEST_POWER:g} is not allowed")
     if base < 0.0 and not exponent.is_integer():
         raise ValueError(f"{base:g} ** {exponent:g} is not a real number")
     power: float = base**exponent

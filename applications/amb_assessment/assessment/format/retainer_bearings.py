@@ -80,7 +80,7 @@ class RetainerBearing(Table):
     def _can_be_built(self) -> RetainerBearing:
         width, D = 0.5 * (self._value("outside", "m") - self._value("bore", "m")), self._value("ball_diameter", "m")
         if not 0.0 < D < width:
-            allowed = f"> 0 m and < {width:g} m, half the difference of outside and bore"
+            allowed = f"> 0 m and < {width:g} m, half the difference between outside and bore"
             raise ValueError(
                 f"ball_diameter of the bearing at {self.at} = {D:g} m is not allowed; it must be {allowed}"
             )
@@ -167,7 +167,7 @@ def check_sites(bearings: Iterable[RetainerBearing], sites: Iterable[str]) -> No
         if item.at not in names:
             raise ValueError(f"the rotor has no contact site {item.at!r} for a bearing; {suggest(item.at, names)}")
         if item.at in used:
-            raise ValueError(f"two retainer_bearings are at {item.at}; a pair is one bearing with rows = 2")
+            raise ValueError(f"two retainer_bearings are at {item.at}; define a pair as one bearing with rows = 2")
         used.append(item.at)
 
 

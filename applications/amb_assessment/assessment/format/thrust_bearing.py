@@ -165,7 +165,7 @@ class ThrustBearing(Table):
             return None
         if self.iron.corner is not None:
             return self.iron.measured_corner
-        assert isinstance(self.bearing, ThrustDisc), "the iron's material needs the geometry"
+        assert isinstance(self.bearing, ThrustDisc), "a corner computed from the material requires the geometry"
         return corner_frequency(self.bearing, self.iron.material)
 
     @property
@@ -194,7 +194,7 @@ class ThrustBearing(Table):
                 "one of each"
             )
         if len(controller.laws) > 1:
-            raise ValueError(f"controller {name} of the thrust bearing depends on speed; its law must not")
+            raise ValueError(f"controller {name} of the thrust bearing depends on speed; it must have a single law")
         delay = float(controller.starts.get("delay", 0.0))
         return AxialControl(controller.law_at(), controller.sample_time, delay)
 

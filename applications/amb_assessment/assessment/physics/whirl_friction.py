@@ -72,9 +72,9 @@ def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
         for factor in (1.0, UNKNOWN, 1.0 / UNKNOWN)
     )
     note = (
-        "friction at which whirl grows twentyfold before the race turns with the rotor; the stiffness of the face has "
-        f"not been measured: with {UNKNOWN:g} times this stiffness, the value is {stiffer:.3g}; with a third of this "
-        f"stiffness, it is {softer:.3g}"
+        "friction at which whirl grows twentyfold before the race turns with the rotor; the assumed stiffness of the "
+        f"face has not been measured: with {UNKNOWN:g} times this stiffness, the value is {stiffer:.3g}; with a third "
+        f"of this stiffness, it is {softer:.3g}"
     )
     return Quantity("whirl_friction", where, value, "1", {"stiffer": stiffer}, note)
 
@@ -107,8 +107,8 @@ def _least_friction(subject: AssessedMachine) -> Quantity:
     n, k = np.unravel_index(int(values.argmin()), values.shape)
     value, where = float(values[n, k]), " and ".join(subject.retainers[j] for j in sets[k])
     usual = (
-        "for rigid retainers without damping, the value is 0.237, or less with a strong gyroscopic effect or a small "
-        "share of the weight"
+        "for rigid retainers without damping, the value is 0.237, or less if the gyroscopic effect is strong or if "
+        "these retainers carry a small share of the weight"
     )
     note = f"no whirl up to {MOST:g}" if value >= MOST else usual
     return Quantity("whirl_friction", f"{where}, {rpm(speeds[n]):.0f} rpm", value, "1", note=note)

@@ -142,7 +142,8 @@ def _name(models: Sequence[Kernels]) -> str:
 
 def _compile(models: Sequence[Kernels], platform: str) -> Engine:
     purpose = (
-        f"the engine of {_name(models)} for {platform} is not compiled yet (flavour python needs none); compiling it"
+        f"the engine of {_name(models)} for {platform} is not compiled yet (flavour python needs no engine); "
+        "compiling it"
     )
     require_extra("native", purpose, "numba", "ziglang")
     check_compiler()

@@ -97,7 +97,7 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         kinds = {"modelExchange": "model exchange", "coSimulation": "co-simulation", "scheduledExecution": "schedules"}
         provided = [kind for name, kind in kinds.items() if getattr(description, name, None) is not None]
         kind = f"{' and '.join(provided) or 'no purpose'} of FMI {description.fmiVersion}"
-        raise Unsupported(f"{what} is an FMU for {kind}; it must be for co-simulation of FMI 2.0 or 3.0")
+        raise Unsupported(f"{what} is an FMU for {kind}; it must support co-simulation of FMI 2.0 or 3.0")
     definitions = {
         unit.name: tuple(float(getattr(unit.baseUnit, field)) for field in _BASE_UNIT_FIELDS)
         for unit in description.unitDefinitions

@@ -127,10 +127,10 @@ class TextVariable:
         """
         if self.size != 1:
             raise ValueError(
-                f"{name} is an array of type {self.type}, which cannot be set; only scalars of this type can"
+                f"{name} is an array of type {self.type}, which cannot be set; only scalars of this type can be set"
             )
         if not isinstance(raw, str):
-            raise ValueError(f"{name} = {raw} is not allowed; it is a {self.type} and must be text in quotes")
+            raise ValueError(f"{name} = {raw} is not allowed; a {self.type} must be set to text in quotes")
         if self.type == "String":
             if "\0" in raw:
                 raise ValueError(

@@ -237,12 +237,13 @@ class Master(Generic[P]):
         for component in self.components:
             if component.every > 1 and self.coupling == "iterative":
                 raise ValueError(
-                    f"{component.name} steps every {component.every} points; iterative coupling requires a "
-                    "step at every point"
+                    f"{component.name} steps only every {component.every} communication points; iterative coupling "
+                    "requires a step at every point"
                 )
             if first % component.every:
                 raise ValueError(
-                    f"{component.name} steps every {component.every} points and cannot start at point {first}"
+                    f"{component.name} steps only every {component.every} communication points and cannot start at "
+                    f"point {first}"
                 )
 
     def _gauss_seidel(self, n: int, first: int = 0) -> None:
@@ -317,7 +318,7 @@ class Master(Generic[P]):
         if not loop:
             return "outputs do not settle during initialisation, although no loop is declared"
         path = " -> ".join(self.wiring.names[i] for i in loop)
-        return f"outputs do not settle during initialisation; algebraic loop {path}"
+        return f"outputs do not settle during initialisation; the algebraic loop is {path}"
 
 
 def find_loop(depends_on: Sequence[Sequence[int]]) -> list[int]:

@@ -116,7 +116,7 @@ def _described(item: Any) -> int:
     for name in item.attrs:
         if name in CODED:
             raise ValueError(
-                f"{item.name} has the attribute {name}, which is not allowed; numbers must be stored plainly"
+                f"{item.name} has the attribute {name}, which is not allowed; numbers must be stored without encoding"
             )
         attribute = h5py.h5a.open(item.id, name.encode())
         kind, values = attribute.get_type(), math.prod(attribute.shape)

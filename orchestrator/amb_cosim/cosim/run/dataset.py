@@ -249,7 +249,7 @@ def _check_form(dataset: xr.Dataset) -> None:
     for name in {"time", EACH_STEP} & set(dataset.sizes):
         times, unit = dataset[name].values, dataset[name].attrs.setdefault("units", "s")
         if unit != "s":
-            raise ValueError(f"units of {name} = {unit!r} is not allowed; it must be s")
+            raise ValueError(f"{name} has units = {unit!r}, which is not allowed; the units must be s")
         if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
             raise ValueError(f"{name} must be finite and must not decrease")
     if "time" not in dataset.sizes:

@@ -220,8 +220,8 @@ class FlatSystem:
         for unit in units:
             if first is not None and conversion(first, unit) != UNCHANGED:
                 raise ValueError(
-                    f"{self.what}: connector {node.name} feeds variables in {first.name} and in {unit.name}; it must "
-                    f"state its own unit"
+                    f"{self.what}: connector {node.name} feeds variables in {first.name} and variables in "
+                    f"{unit.name}, so the connector must declare a unit"
                 )
         return first
 

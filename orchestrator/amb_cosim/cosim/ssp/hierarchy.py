@@ -170,7 +170,7 @@ class Hierarchy:
     ) -> tuple[Kind, str]:
         if depth > MOST_NESTED:
             raise ValueError(
-                f"{document.what}: {path} is nested too deeply; at most {MOST_NESTED} systems are supported"
+                f"{document.what}: {path} is nested too deeply; at most {MOST_NESTED} levels are supported"
             )
         self._add_connectors("system", path, system, document)
         dictionaries = dictionaries | {

@@ -83,7 +83,7 @@ def check(root: Any, schema: str, what: str) -> None:
     if not loaded.validate(checked) and not loaded.validate(_tidied(checked)):
         required_version = version if version == version_2.VERSION else VERSION
         first = loaded.error_log[0]
-        raise ValueError(f"{what} does not follow SSP {required_version}, line {first.line}: {first.message}")
+        raise ValueError(f"{what} is not valid SSP {required_version}; line {first.line}: {first.message}")
 
 
 def _tidied(root: Any) -> Any:

@@ -71,13 +71,13 @@ class ProfileTable(Table):
     variable: str = ""
     """The input or shared signal."""
     points: tuple[tuple[Value, Value], ...] = ()
-    """Times and values; constant before the first and after the last."""
+    """Times and values; the input is constant before the first time and after the last."""
     slope: str | None = None
     """Input for the slope (per s), if a component needs it."""
     file: str = ""
     """CSV file in place of `points`: a column `time (s)`, and one for each input with its unit, such as
-    `rotor_contact.base.a_x (m/s2)`. A column `time` is in seconds. Rows closer together than a communication step are
-    averaged over each step.
+    `rotor_contact.base.a_x (m/s2)`. A column named `time`, without a unit, is in seconds. Rows closer together than a
+    communication step are averaged over each step.
     """
     begin: Value = 0.0
     """Time in the run that corresponds to time 0 of the file."""
@@ -179,7 +179,7 @@ class SystemTable(Table):
     description: str = ""
     """One-line description."""
     coupling: Coupling = "gauss_seidel"
-    """Coupling: each component uses the newest values, all use those of the previous step, or steps are repeated."""
+    """Coupling: each component uses the newest values, all use values of the previous step, or steps are repeated."""
     unrecorded: tuple[str, ...] = ()
     """Patterns of variables that are recorded only if named."""
     parameters: dict[str, Values] = Field(default={})

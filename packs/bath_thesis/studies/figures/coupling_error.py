@@ -31,7 +31,7 @@ def _draw_errors(axes: Axes, comparison: ComparisonErrors) -> None:
     """Draw the errors of a comparison."""
     steps, schemes = 1e6 * np.array(comparison.steps), comparison.schemes
     for (name, scheme), (colour, marker) in zip(schemes.items(), SCHEME_STYLES, strict=False):
-        order_text = "exact; smaller errors are drawn on the axis" if scheme.order is None else f"{scheme.order:.2f}"
+        order_text = "exact; errors below the axis are drawn on it" if scheme.order is None else f"{scheme.order:.2f}"
         errors = np.maximum(scheme.errors, FLOOR)
         axes.loglog(steps, errors, color=colour, marker=marker, ms=4, label=f"{name} ({order_text})", clip_on=False)
     rounded = {name: round(scheme.order) for name, scheme in schemes.items() if scheme.order is not None}

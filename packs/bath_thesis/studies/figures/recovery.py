@@ -28,7 +28,7 @@ def draw(result: ControlComparison) -> Figure:
     panel.set_yticks(range(len(controls)), list(controls))
     panel.set_xticks(range(shares.shape[1]), [f"{1e3 * value:g}" for value in result.added])
     panel.tick_params(length=0)
-    panel.set_xlabel(f"unbalance added on D1 (g m), before the factor {result.unbalance_factor:g}")
+    panel.set_xlabel(f"unbalance added on D1 (g m), before multiplication by {result.unbalance_factor:g}")
     panel.set_title(
         "number: cycles from the step to the last contact (median); dash: no contact\n"
         f"white: still trapped at cycle {result.end_cycle:g}",
