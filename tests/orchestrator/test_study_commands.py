@@ -50,7 +50,7 @@ SLOW = [
     ("sensitivity --rotor bath_rig --speed '90 rad/s'", "Zone D: the largest peak of |S| at 859.4 rpm", has_data),
     ("coupling", "Jacobi, predicting", has_data),
     ("coupling_error", "nonlinear law", has_data),
-    ("reduction --up-to '20 rad/s'", "not frequencies of a coarser mesh of the same rotor", stands_beside_the_print),
+    ("reduction --up-to '20 rad/s'", "not those of a coarser mesh of the same rotor", stands_beside_the_print),
     ("recovery --steps '20 g.m' --instants 1", "", frees_by_contact_aware_control),
 ]
 # Where fewer runs show the same: no repeated ones, whose time alone counts, and no short communication steps.
