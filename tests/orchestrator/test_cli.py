@@ -20,6 +20,7 @@ from amb_cosim.presentation import plain_console
 from amb_cosim.results.summary import summarise
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
+from tests.support.messages import assert_names
 
 
 def test_list_describes_a_scenario_or_suggests_the_nearest(runner):
@@ -76,6 +77,7 @@ def test_build_takes_a_rotor_file(runner, tmp_path):
     built = runner("build", "--flavour", "python", "--rotor", "heavy.toml", "-o", "heavy")
     assert built.exit_code == 0
     assert "An FMU of flavour python runs in a process that has Python with NumPy; a process without" in built.output
+    assert_names(built.output, "only the rotor is from heavy.toml", "magnets, controller and gravity", "--scenario")
 
     def constants_of(name):
         with zipfile.ZipFile(tmp_path / "heavy" / f"{name}.fmu") as archive:

@@ -80,6 +80,12 @@ def build(
             return
         for path in build_fmus(output, scenario=scenario, **options):
             click.echo(path)
+        if options["rotor"] is not None and scenario is None:
+            click.echo(
+                f"notice: only the rotor is from {options['rotor']}; magnets, controller and gravity have default "
+                "start values, which may suit another machine. Use --scenario for the values of yours",
+                err=True,
+            )
     if options["flavour"] == "python":
         from fmi_export.building.python_fmu import what_it_needs
 
