@@ -29,7 +29,7 @@ KEY_VALUES = {  # unit and, unless the name says it, description
 def needed(places: RotorPlaces) -> tuple[str, ...]:
     """Return patterns of the variables that the key values need."""
     names = ("f_n*", "impulse", "mode", "whirl_speed")
-    site_variables = (f"{PLANT}.{site}.{name}" for site in places.sites for name in names)
+    site_variables = (f"{PLANT}.{site}.{name}" for site in places.contacts for name in names)
     displacements = (f"{PLANT}.{place}.[xy]" for place in (*places.bearings, *places.apart))
     return (f"{PLANT}.contact_state", *site_variables, *displacements, *stability.needed())
 
@@ -44,7 +44,7 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
     free, recovery = contact_history.freed_after(signals, last)
-    sites = places(signals).sites
+    sites = places(signals).contacts
     values = {
         "contact": _nan(None if free is None else last is not None),
         "recovered": _nan(free),
@@ -69,8 +69,8 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
 def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
     """Return the outcome of a run, and the reason if it ended early.
 
-    If the scenario has a disturbance: `prevented` or `recovered`. In any scenario: `trapped`, `undecided`, `landed`,
-    `unstable`, `stator`. Otherwise: `completed`, `stopped` or `failed`.
+    If the scenario has a disturbance: `prevented` or `recovered`. In any scenario: `rolled`, `trapped`, `undecided`,
+    `landed`, `unstable`, `stator`. Otherwise: `completed`, `stopped` or `failed`.
     """
     if outcome.failure is not None:
         return "failed", outcome.failure

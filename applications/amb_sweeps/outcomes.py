@@ -11,6 +11,7 @@ COLOURS = {  # of all outcomes, worst first; empty: not run yet
     "invalid": PURPLE,
     "stator": "#661100",
     "unstable": "#882255",
+    "rolled": "#994f00",
     "trapped": ORANGE,
     "undecided": "#f2d8a0",
     "landed": "#b8a878",

@@ -42,7 +42,7 @@ class RobustnessRow:
     changed
         The change from the scenario.
     outcome
-        Outcome, whether the rotor rolls, and the sites in contact.
+        Outcome, whether the rotor has rolled (unless the outcome is `rolled`), and the sites in contact.
     reason
         Reason for an early end; otherwise empty.
     last_contact
@@ -204,7 +204,8 @@ def _row(case: Variation, point: PointResult) -> RobustnessRow:
     values = {name: float(value) for name, value in point.metrics.items() if not math.isnan(value)}
     impulses, forces, orbit = (_at_places(values, prefix) for prefix in (IMPULSE, PEAK, ORBIT))
     touched = [site for site, force in forces.items() if force > 0.0 or impulses.get(site, 0.0) > 0.0]
-    rolls, touches = "rolling" * bool(values.get("rolling")), f"touching {' '.join(touched)}" * bool(touched)
+    rolls = "rolling" * (bool(values.get("rolling")) and point.outcome != "rolled")
+    touches = f"touching {' '.join(touched)}" * bool(touched)
     reason = point.reason if point.outcome in ("failed", "invalid") else ""
     return RobustnessRow(
         changed=case.name,

@@ -118,7 +118,7 @@ def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
 
 
 def outcome(run: Signals) -> str | None:
-    """Return the outcome of the step, such as `prevented`, `recovered`, `landed`, `trapped` or `undecided`."""
+    """Return the outcome of the step, such as `prevented`, `recovered`, `landed`, `rolled` or `trapped`."""
     return contact_history.recovery(run)
 
 

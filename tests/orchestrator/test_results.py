@@ -2,6 +2,8 @@
 
 import itertools
 import json
+from dataclasses import replace
+from fnmatch import fnmatch
 
 import numpy as np
 import pytest
@@ -9,8 +11,8 @@ import pytest
 from amb_cosim.results import contact_history, orbits, signal_arrays
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import table
-from amb_sweeps.metrics import evaluate
-from tests.orchestrator.conftest import acting
+from amb_sweeps.metrics import evaluate, needed
+from tests.orchestrator.conftest import PLACES, acting
 from tests.support.messages import assert_names
 
 
@@ -161,10 +163,10 @@ def test_turns_are_those_of_the_rotor_unless_it_stands(synthetic, without, facto
     assert contact_history.recovery(set_within(dataset, "contact_state", (10.0, end + 1.0), 1)) == outcome
 
 
-def test_a_rotor_that_rolls_at_the_end_is_trapped_at_once(synthetic):
+def test_a_rotor_that_rolls_at_the_end_has_rolled_at_once(synthetic):
     """Five turns of whirl a turn of the rotor, from cycle 11 to the end in cycle 11.5."""
     whirling = rolling(synthetic(11.5), "rb2", (11.0, 12.0), turns=2.5)
-    assert contact_history.recovery(whirling) == "trapped"
+    assert contact_history.recovery(whirling) == "rolled"
 
 
 def test_an_impact_between_samples_counts_as_contact(synthetic):
@@ -401,3 +403,16 @@ def test_share_in_contact_counts_bushes_too(synthetic):
     dataset["rotor_contact.eb1.mode"] = ("time", 1 * within)
     assert contact_history.share_in_contact(dataset) == pytest.approx(0.5)
     assert evaluate(dataset)[1]["contact_share"] == pytest.approx(0.5)
+
+
+def test_a_sweep_has_the_forces_and_contacts_of_faces(synthetic):
+    """A face touches until the end with 9 kN, more than any retainer."""
+    faced = replace(PLACES, faces={"seat": "rb1"})
+    assert any(fnmatch("rotor_contact.seat.f_n_peak", pattern) for pattern in needed(faced))
+    dataset = synthetic(places=faced.to_json())
+    touching = (dataset["cycle"].values > 14.0).astype(np.float64)
+    dataset["rotor_contact.seat.f_n"] = ("time", 9e3 * touching)
+    dataset["rotor_contact.seat.mode"] = ("time", touching)
+    recovery, values = evaluate(dataset)
+    assert (recovery, values["last_contact"]) == ("trapped", 20.0)
+    assert values["peak_contact_force.seat"] == values["peak_contact_force"] == 9e3

@@ -13,6 +13,7 @@ from amb_cosim.results.growth import grows
 from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import print_summary
+from amb_sweeps.metrics import evaluate
 from tests.support.messages import assert_names
 
 SAMPLED = ("contact_state", "rb1.mode", "rb2.mode", "rb1.f_n", "rb2.f_n", "rb1.impulse", "rb2.impulse")
@@ -82,6 +83,17 @@ CASES = {
     "failed": (lambda run: with_outcome(run(), "failed", 0.31, "west", "no bits"), "west at t = 0.31 s: no bits"),
     "interrupted": (lambda run: with_outcome(run(), "interrupted", 0.31), "by the user at t = 0.31 s"),
 }
+
+
+@pytest.mark.parametrize("word", ["recovered", "trapped", "undecided", "landed", "rolled", "unstable"])
+def test_a_sweep_has_the_word_of_the_verdict_as_its_outcome(synthetic, word):
+    dataset = CASES[word][0](synthetic)
+    assert evaluate(dataset)[0] == summarise(dataset).recovery == summarise(dataset).verdict.word == word
+
+
+def test_a_rotor_that_rolls_at_the_end_without_power_has_rolled(synthetic):
+    dataset = rolling(without_power(synthetic()))
+    assert evaluate(dataset)[0] == summarise(dataset).verdict.word == "rolled"
 
 
 def upright(dataset):

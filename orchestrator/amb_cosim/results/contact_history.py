@@ -26,7 +26,7 @@ ON_THE_GRID = 0.05  # turns by which this may be missed, since changes and ends 
 STANDING = 1e-3  # share of the first speed below which the rotor makes no more turns
 FREE, ROLLING = 0, 2  # values of a site's mode
 
-Recovery = Literal["prevented", "recovered", "landed", "trapped", "undecided", "unstable", "stator"]
+Recovery = Literal["prevented", "recovered", "landed", "rolled", "trapped", "undecided", "unstable", "stator"]
 
 
 def peak(dataset: Signals, name: str) -> float | None:
@@ -109,16 +109,16 @@ def recovery(dataset: Signals) -> Recovery | None:
 
     `stator` means that the rotor has touched the stator of a magnetic bearing at any time. `unstable` means that it
     diverges without contact although magnets are energised (see `stability`). If neither applies and the rotor has not
-    `recovered`, it has `landed` on its retainers if its magnets have no power at the end, even if it bounces or floats
-    between them. A rotor with energised magnets is `trapped` if contact outlasts its excitation:
+    `recovered`, it has `rolled` if it is rolling at the end and has whirled through a turn since it began to roll, with
+    or without power. Otherwise, it has `landed` on its retainers if its magnets have no power at the end, even if it
+    bounces or floats between them. A rotor with energised magnets is `trapped` if contact outlasts its excitation:
 
         C > E - 1 cycle,    N(E) - N(L) >= 10 turns
 
     C is the cycle of the last contact, E the end of the run, N the number of turns, and L the last event or speed
-    point, or cycle 0 if that is later. A rotor that is rolling at the end, and has whirled through a turn since it
-    began to roll, counts as trapped at once, because the spin drives the whirl. Any other outcome is `undecided`,
-    because the run ends too early. These outcomes apply with or without a disturbance. In the remaining cases,
-    `prevented` means that there was no contact after the disturbance, and `recovered` means that contact has ended.
+    point, or cycle 0 if that is later. Any other outcome is `undecided`, because the run ends too early. These outcomes
+    apply with or without a disturbance. In the remaining cases, `prevented` means that there was no contact after the
+    disturbance, and `recovered` means that contact has ended.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
@@ -134,6 +134,8 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
     if power_lost is None and is_unstable(dataset, last):
         return False, "unstable"
     free = free and (last is None or power_lost is None or last < power_lost)
+    if not free and rolls_at_the_end(dataset):
+        return free, "rolled"
     if not free and power_lost is None:
         assert last is not None
         return free, "trapped" if _stays(dataset, last) else "undecided"
@@ -160,7 +162,7 @@ def turns_since_change(dataset: Signals) -> float:
 def _stays(dataset: Signals, last: float) -> bool:
     """Return whether a rotor whose magnets are energised is trapped; `last` is the cycle of its last contact."""
     lasts = turns_since_change(dataset) >= TRAPPED_TURNS - ON_THE_GRID
-    return (touches_at_the_end(dataset, last) and lasts) or bool(rolls_at_the_end(dataset))
+    return touches_at_the_end(dataset, last) and lasts
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:

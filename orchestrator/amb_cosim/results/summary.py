@@ -82,11 +82,11 @@ class Summary:
         early, or that had neither a disturbance nor contact.
     recovery
         What the disturbance led to: contact was `prevented`, or the rotor `recovered` from it. With or without a
-        disturbance, the outcome is `trapped` if the rotor stays in contact; `landed` if it does not recover and no
-        magnet has power at the end; `undecided` if the run ends too early to decide (see `contact_history.recovery`);
-        `unstable` if the orbit grows, or the amplifiers stay at their limits or bound a self-excited vibration (see
-        `stability`); and `stator` if the rotor touched the stator. None for a run that ends free of contact without a
-        disturbance, or that did not complete.
+        disturbance, the outcome is `trapped` if the rotor stays in contact; `rolled` if it rolls at the end; `landed`
+        if it does not recover and no magnet has power at the end; `undecided` if the run ends too early to decide (see
+        `contact_history.recovery`); `unstable` if the orbit grows, or the amplifiers stay at their limits or bound a
+        self-excited vibration (see `stability`); and `stator` if the rotor touched the stator. None for a run that ends
+        free of contact without a disturbance, or that did not complete.
     rolling_from
         Cycle from which the rotor rolls on a site for at least one net turn of whirl.
     rolling_on_race_from

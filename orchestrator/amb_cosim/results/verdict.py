@@ -139,8 +139,9 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         return "recovered", f"the rotor touched and has been free of contact since {_moment(dataset, last)}"
     touched = _touched_at_the_end(dataset)
     where = _listed(touched) or "its retainers"
-    if rolling := contact_history.rolls_at_the_end(dataset):
-        return "rolled", f"the rotor rolls on {_listed([_whirl(dataset, site) for site in rolling])} at the end"
+    if recovery == "rolled":
+        rolling = [_whirl(dataset, site) for site in contact_history.rolls_at_the_end(dataset)]
+        return "rolled", f"the rotor rolls on {_listed(rolling)} at the end"
     if powerless:
         rest, rocks = (None, None) if fall is None else (fall.rest_after, fall.rocks_within)
         if not touched:
