@@ -158,6 +158,21 @@ def test_saved_results_give_table_figures_and_data(make, runner, check_picture, 
     assert peak["differences"] == pytest.approx([0.0, 1234.5])
 
 
+def test_a_fault_of_a_figure_hides_neither_verdict_nor_comparison(make, runner, monkeypatch, tmp_path):
+    def fails(*_):
+        raise KeyError("journal_radius")
+
+    monkeypatch.setattr("amb_cosim.results.plots.draw_all", fails)
+    monkeypatch.setattr("amb_cosim.comparison.plots.overlays", fails)
+    monkeypatch.setattr("amb_cosim.scenario.simulation.run", lambda *_, **__: make())
+    make().save(tmp_path / "a", plots=False)
+    for command, file in (("run fig4_9 -o out", "summary.json"), ("compare a a -o out", "comparison.json")):
+        result = runner(*command.split())
+        assert isinstance(result.exception, KeyError)
+        assert "recovered: the rotor touched" in result.stdout
+        assert (tmp_path / "out" / file).is_file()
+
+
 def test_run_that_failed_is_compared_and_reported(make, runner, tmp_path):
     make().save(tmp_path / "a", plots=False)
     make(outcome=Outcome("failed", 0.3, "rotor_contact", "too fast")).save(tmp_path / "b", plots=False)

@@ -1,6 +1,7 @@
 """Figures of a synthetic run: which are drawn, and their content."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from matplotlib.text import Text
 from slow import slow_but_first
 
 import amb_cosim
+from amb_assessment.reporting.panels import run_panels
 from amb_cosim.comparison.plots import overlays
 from amb_cosim.presentation.style import StyledFigure
 from amb_cosim.results import plots
@@ -16,6 +18,7 @@ from amb_cosim.results.plots import motion
 from amb_cosim.results.plots.fall import touchdown
 from amb_cosim.results.plots.joined import between, draw_joined, joined
 from amb_cosim.results.plots.magnets import _draw_limits
+from tests.orchestrator.conftest import PLACES
 from tests.support.messages import assert_names, raises_naming
 
 RPM = 30.0 / np.pi  # 1/min per rad/s
@@ -71,6 +74,29 @@ def test_a_run_that_rolls_shows_its_whirl(synthetic, tmp_path):
     dataset = synthetic()
     dataset["rotor_contact.rb1.mode"] = dataset["rotor_contact.rb1.mode"] * 2
     assert drawn(dataset, tmp_path) == [*USUAL, "whirl"]
+
+
+def test_a_rotor_that_rolls_while_it_lies_on_a_face_shows_its_whirl(synthetic):
+    """A face has no whirl: neither the figure nor the panels of a page have a curve of it, and they are drawn."""
+    dataset = synthetic(places=replace(PLACES, faces={"seat": "rb1"}).to_json())
+    dataset["rotor_contact.seat.f_n"] = ("time", np.full(dataset.sizes["time"], 900.0))
+    dataset["rotor_contact.seat.mode"] = ("time", np.full(dataset.sizes["time"], 2))
+    alone = dataset.assign(
+        {
+            f"rotor_contact.rb{i}.{name}": ("time", np.zeros(dataset.sizes["time"]))
+            for i in (1, 2)
+            for name in ("f_n", "impulse", "mode")
+        }
+    )
+    with raises_naming(ValueError, "whirl", "touched"):
+        plots.figure(alone, "whirl")
+    dataset["rotor_contact.rb1.mode"] = dataset["rotor_contact.rb1.mode"] * 2
+    for name in plots.chosen(dataset):
+        figure = plots.figure(dataset, name)
+        if name == "whirl":
+            assert [axes.get_title("left") for axes in figure.axes[::2]] == ["Retainer RB1", "Retainer RB2"]
+    (whirl,) = [panel for panel in run_panels(dataset) if panel.title == "Whirl speed"]
+    assert {of.name for of in whirl.curves} == {"RB1", "RB2"}
 
 
 def test_a_changing_speed_is_drawn_over_time(synthetic, tmp_path):

@@ -142,8 +142,12 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
         yield Panel(f"Contact state: {meaning}", label, "state", (curve("state", axis, state),))
     modes = [signal(run, f"{site}.mode") for site in forces]
     if any(mode is not None and (mode == ROLLING).any() for mode in modes):
-        whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[from_cycle_0] for site in forces}
-        curves = tuple(curve(name_label(site), axis, whirl * RPM) for site, whirl in whirls.items())
+        whirls = {site: signal(run, f"{site}.whirl_speed") for site in forces}  # faces have none
+        curves = tuple(
+            curve(name_label(site), axis, whirl[from_cycle_0] * RPM)
+            for site, whirl in whirls.items()
+            if whirl is not None
+        )
         yield Panel("Whirl speed", label, "whirl (rpm)", curves)
     for draw in others:
         yield from draw(run)

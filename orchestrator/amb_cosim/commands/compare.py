@@ -70,8 +70,11 @@ def compare(
             until=until,
         )
         refuse_empty_record(result.sides[-1].result.outcome)
-        result.save(folder, plots=not no_plots)
+        result.save(folder, plots=False)
     print_parts(result.text(show_all))
+    if not no_plots:  # last, so that no fault of a figure hides the comparison
+        with refusing():
+            result.save(folder)
     click.echo(f"results in {folder}")
     failures = [f"{side.label}: {side.result.outcome.failure}" for side in result.sides if side.result.outcome.failure]
     if failures:

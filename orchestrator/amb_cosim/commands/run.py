@@ -78,7 +78,7 @@ def run(
         return
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.text_tables import show_notices
-    from amb_cosim.results.plots import MODULES
+    from amb_cosim.results.plots import MODULES, draw_all
     from amb_cosim.results.result import RESULT, SUMMARY
     from amb_cosim.results.summary_table import print_summary
     from amb_cosim.scenario import simulation
@@ -96,7 +96,7 @@ def run(
         result = simulation.run(name, **options, autosave_every=autosave)
         refuse_empty_record(result.outcome)
         text = result.summary.to_json()
-        result.save(folder, plots=not no_plots)
+        result.save(folder, plots=False)
         saved = [_save(result, moment, folder) for moment in options["save_at"]]
         if result.outcome.status != "interrupted":
             file.unlink(missing_ok=True)
@@ -109,6 +109,9 @@ def run(
     show_notices(result.summary.notices)
     for line in saved:
         console.print(line)
+    if not no_plots:  # last, so that no fault of a figure hides the verdict
+        with refusing():
+            draw_all(result.signals, folder)
     console.print(f"results in {folder}")
     raise_failure(result.outcome, folder)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -172,14 +172,16 @@ def chosen(dataset: Signals) -> list[str]:
         return [name for name in json.loads(dataset.attrs["plot_figures"]) if not _lacks(dataset, name)]
     landed = touchdown(dataset) is not None
     names = ["touchdown"] * landed + ["orbits"] * (not landed and not speed_changes(dataset)) + ["displacement"]
-    names += ["contact"] * _is_touched(dataset) + ["whirl"] * (rolling_from(dataset) is not None)
+    names += ["contact"] * (not _lacks(dataset, "contact")) + ["whirl"] * (rolling_from(dataset) is not None)
     return names + ["magnets"] * _has_magnets(dataset)
 
 
 def _lacks(dataset: Signals, name: str) -> str:
     """Return the data that a run lacks for a figure; empty if it lacks none."""
-    if name in ("contact", "whirl") and not _is_touched(dataset):
+    if name == "contact" and not _is_touched(dataset, places(dataset).contacts):
         return "the rotor touched nothing"
+    if name == "whirl" and not _is_touched(dataset, places(dataset).sites):
+        return "the rotor touched nothing that it can whirl about"
     if name == "energy" and energies(dataset) is None:
         return "the run did not reach cycle 0, or did not record energy.*"
     if name == "touchdown" and touchdown(dataset) is None:
@@ -189,9 +191,9 @@ def _lacks(dataset: Signals, name: str) -> str:
     return ""
 
 
-def _is_touched(dataset: Signals) -> bool:
-    """Return whether the rotor exerted a force on any contact site from cycle 0 on."""
-    return any(peak_force(dataset, s) or largest_averaged_force(dataset, s) for s in places(dataset).contacts)
+def _is_touched(dataset: Signals, sites: Iterable[str]) -> bool:
+    """Return whether the rotor exerted a force on any of these sites from cycle 0 on."""
+    return any(peak_force(dataset, site) or largest_averaged_force(dataset, site) for site in sites)
 
 
 def _has_magnets(dataset: Signals) -> bool:

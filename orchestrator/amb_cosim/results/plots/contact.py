@@ -17,6 +17,7 @@ from amb_cosim.presentation.style import DASHED, OF_SAMPLES, StyledFigure, sampl
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.contact_forces import is_sampled, received_impulse
 from amb_cosim.results.contact_history import touchable
+from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
     FIRST_TEXT,
     add_title,
@@ -141,12 +142,12 @@ def _draw_column(
 
 
 def whirl(dataset: Signals) -> Figure:
-    """Draw the whirl speed at each touched site, with spin speed and rolling speed, and the mode of contact.
+    """Draw the whirl speed at each touched site except faces, with spin and rolling speed, and the mode of contact.
 
     The axis covers the whirl of the rotor; a rolling speed beyond it is written as text instead of being drawn. If the
     whirl is more than `MANY_SPEEDS` times as fast as the spin, the axis is logarithmic beyond twice the spin speed.
     """
-    sites = list(touched_sites(dataset))
+    sites = [site for site in touched_sites(dataset) if site in places(dataset).sites]
     figure = StyledFigure(figsize=(7.0, 2.9 * len(sites)), layout="constrained")
     panels = figure.subplots(2 * len(sites), 1, sharex=True, height_ratios=(3, 1) * len(sites))
     times, unit = time_values(dataset), speed_unit()
