@@ -70,11 +70,11 @@ CASES = {
     "recovered": (lambda run: run(), "the rotor touched and has been free of contact since cycle 11.99 (0.24 s)"),
     "trapped": (
         lambda run: touching(run(22), "rb2", (12.0, 21.5)),
-        "still in contact with RB2 when the run ends (cycle 22, 0.44 s), 12 turns after the last change",
+        "still in contact with RB2 when the run ends (cycle 22, 0.44 s), 12 turns after the last event",
     ),
     "undecided": (
         lambda run: run(16),
-        "free of contact for 4.01 cycles when the run ends (cycle 16, 0.32 s), 6 turns after the last change",
+        "free of contact for 4.01 cycles when the run ends (cycle 16, 0.32 s); it counts as recovered after 5 cycles",
     ),
     "landed": (lambda run: without_power(run(16)), "no magnet has power, and the rotor is still moving on RB2"),
     "levitated": (lambda run: free_of_contact(run()), "the rotor does not touch after the step"),
@@ -217,7 +217,14 @@ def test_a_run_whose_speed_changes_is_told_in_seconds_and_speeds(synthetic):
     assert_names(text, "rolling", "from 0.28 s")
     undecided = summarise(synthetic(16, speed_profile=json.dumps(points))).verdict
     assert undecided.word == "undecided"
-    assert_names(undecided.sentence, "0.0802 s", "5400 rpm")
+    assert_names(undecided.sentence, "0.0802 s", "5400 rpm", "recovered after 0.1 s without contact")
+
+
+def test_undecided_contact_states_the_turns_after_which_it_is_trapped(synthetic):
+    """The contact lasts until the end, six turns after the relief in cycle 10."""
+    sentence = summarise(touching(synthetic(16), "rb2", (12.0, 16.5))).verdict.sentence
+    assert_names(sentence, "RB2", "6 turns", "trapped after 10 turns")
+    assert "counts as" not in summarise(CASES["trapped"][0](synthetic)).verdict.sentence
 
 
 def test_margin_of_a_rotor_that_recovered_is_that_of_its_last_cycle(synthetic):

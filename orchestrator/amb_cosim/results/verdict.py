@@ -156,16 +156,17 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
 
 
 def _at_the_end(dataset: Signals, last: float) -> str:
-    """Return a phrase on whether the rotor touches at the end, where `last` is the cycle of its last contact."""
+    """Return a phrase on the last contact, in cycle `last`, and on what the run lacks for a decision."""
     end = cycles(dataset)[-1]
-    turned = f"{contact_history.turns_since_change(dataset):.3g} turns after the last change"
-    ends = f"when the run ends ({', '.join(_at(dataset, end))}), {turned}"
+    ends = f"when the run ends ({', '.join(_at(dataset, end))})"
     if contact_history.touches_at_the_end(dataset, last):
         where = _listed(_touched_at_the_end(dataset, 1.0)) or "its retainers"
-        return f"still in contact with {where} {ends}"
+        turned, needed = contact_history.turns_since_change(dataset), contact_history.TRAPPED_TURNS
+        rule = f"; it counts as trapped after {needed:g} turns" if turned < needed - contact_history.ON_THE_GRID else ""
+        return f"still in contact with {where} {ends}, {turned:.3g} turns after the last event or change of speed{rule}"
     unit, size = ("s", float(dataset.attrs["period_s"])) if speed_changes(dataset) else ("cycles", 1.0)
-    needed = f"recovery takes {contact_history.RECOVERY_CYCLES * size:.3g} {unit}"
-    return f"free of contact for {(end - last) * size:.3g} {unit} {ends}; {needed}"
+    rule = f"it counts as recovered after {contact_history.RECOVERY_CYCLES * size:.3g} {unit} without contact"
+    return f"free of contact for {(end - last) * size:.3g} {unit} {ends}; {rule}"
 
 
 def _whirled(fall: Touchdown | None) -> str:
