@@ -322,7 +322,7 @@ def test_figures_of_heights_state_the_dashed_line_and_units_of_the_inset():
     displaced, landed = (plots.figure(fall(), name) for name in ("displacement", "touchdown"))
     for figure in (displaced, landed):
         entries = [text.get_text() for text in figure.legends[0].texts]
-        assert sum("at rest" in entry and "wall" in entry for entry in entries) == 1
+        assert sum("at rest" in entry and "rigid" in entry for entry in entries) == 1
         assert not cut_texts(figure)
     (inset,) = [inset for axes in landed.axes for inset in axes.child_axes]
     assert_names(inset.get_title("left"), "height (mm)", "time (s)")

@@ -166,7 +166,8 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
 
 def lowest_sample(dataset: Signals) -> Line2D:
     """Return the legend entry for the dashed line of `draw_fall`."""
-    label = "height of the rotor at rest at the bottom; higher on the wall" if gravity_across(dataset) else "contact"
+    at_rest = "at rest at the bottom of a rigid retainer (higher on the wall)"
+    label = at_rest if gravity_across(dataset) else "contact"
     return Line2D([], [], color="black", ls=DASHED, label=label)
 
 
