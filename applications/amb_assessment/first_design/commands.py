@@ -114,9 +114,11 @@ def new(
             )
     _echo_design(folder.name, machine.design)
     for bearing, point in machine.points.items():
+        upper, lower = point.coils
         click.echo(
             f"bearing {bearing}: each axis carries {machine.sizes.loads[bearing]:.4g} N of the weight with "
-            f"{point.static_current:.3g} A; K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
+            f"{upper:.4g} A in the upper coils and {lower:.4g} A in the lower coils; "
+            f"K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
             + ("" if magnet is None else f" (data sheet: {magnet.k_s:.4g} N/m, {magnet.k_i:.4g} N/A)")
         )
         if machine.sizes.retainers and bearing not in {site.bearing for site in machine.sizes.retainers}:

@@ -226,7 +226,8 @@ def _values(
     pid = design.pid
     gains = [f'"{b}.k_b_?" = "{k:.5g} N/m"\n"{b}.c_b_?" = "{pid.c_b[b]:.5g} N.s/m"' for b, k in pid.k_b.items()]
     rows = [
-        f"| {bearing} | {sizes.loads[bearing]:.4g} N | {p.static_current:.4g} A | {p.k_s:.4g} N/m | {p.k_i:.4g} N/A |"
+        f"| {bearing} | {sizes.loads[bearing]:.4g} N | {p.coils[0]:.4g} A | {p.coils[1]:.4g} A | {p.k_s:.4g} N/m "
+        f"| {p.k_i:.4g} N/A |"
         for bearing, p in points.items()
     ]
     texts = {

@@ -67,11 +67,21 @@ BANDS = ("within the range of speed", "up to twice the trip speed", "beyond")
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Static current (A), K_s (N/m) and K_i (N/A) of an axis that carries its share of the weight."""
+    """Currents (A), K_s (N/m) and K_i (N/A) of an axis that carries its share of the weight.
 
+    The upper coils carry the weight and have the bias current plus the static current; the lower coils have the bias
+    current.
+    """
+
+    bias_current: float
     static_current: float
     k_s: float
     k_i: float
+
+    @property
+    def coils(self) -> tuple[float, float]:
+        """Currents of the upper and of the lower coils (A)."""
+        return self.bias_current + self.static_current, self.bias_current
 
 
 @dataclass(frozen=True)
@@ -172,7 +182,7 @@ def _point(sizes: MachineSizes, bearing: str, load: float) -> OperatingPoint:
         p.bias_current, p.pole_area = coils.bias_current, coils.pole_area
     p.static_current = static_current_for(abs(load), p)  # of the coil pair that carries it, whichever that is
     at_rest = linearisation(p)
-    return OperatingPoint(float(p.static_current), float(at_rest.k_s), float(at_rest.k_i))
+    return OperatingPoint(float(p.bias_current), float(p.static_current), float(at_rest.k_s), float(at_rest.k_i))
 
 
 def pid_of(k_s: dict[str, float], ratios: Sequence[float], sample_time: float) -> Pid:

@@ -55,6 +55,16 @@ def test_constants_of_a_data_sheet_alone_are_kept_under_load():
         assert point.static_current == pytest.approx(2.0 * sizes.loads[bearing] / point.k_i, rel=1e-9)
 
 
+def test_readme_states_coil_currents_that_carry_the_load_with_k_i(bench):
+    """F = K_i (i_upper - i_lower)/2 of differential drive, the row's numbers as printed."""
+    rows = [line for line in (bench.folder / "README.md").read_text().splitlines() if line.startswith("| ")]
+    for row in rows[2:]:
+        load, upper, lower, _, k_i = (float(cell.split()[0]) for cell in row.strip("|").split("|")[1:])
+        assert upper - lower > 0.01
+        assert 0.5 * k_i * (upper - lower) == pytest.approx(load, rel=0.01)
+    assert len(rows) == 2 + len(bench.points)
+
+
 @pytest.mark.parametrize("known", [{"gap": 0.4e-3}, {"bias": 0.4e-3 * 1.5e6 / 210.0}])
 def test_differential_drive_keeps_k_i_and_raises_k_s_with_the_load(known):
     """K_s (1 + (i_s/I_0)^2), of coils with I_0 + i_s and I_0 - i_s."""

@@ -261,7 +261,7 @@ add_study(
     ROTOR,
     click.option("--axis", metavar="BEARING.x|y|z", help="Axis; default: the first."),
     click.option("--bias-current", type=CURRENT, help="Bias current of the coils; default: that of the axis."),
-    click.option("--static-current", type=CURRENT, help="Current that carries the static load; default: the axis's."),
+    click.option("--static-current", type=CURRENT, help="Upper less lower coils, for the load; default: the axis's."),
     SETTINGS,
 )
 add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS, cls=ResponseOfRotor)
