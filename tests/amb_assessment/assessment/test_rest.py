@@ -1,13 +1,14 @@
 """What becomes of a rotor after its power is lost."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from amb_assessment.assessment.analyses import rest
-from amb_assessment.assessment.analyses.rest import Outlook, coast_down
+from amb_assessment.assessment.analyses.rest import Outlook, coast_down, temperatures
 from amb_assessment.assessment.engine.assess import assess
 
 TIMES = np.linspace(0.0, 1.0, 201)
@@ -46,6 +47,56 @@ def test_gas_and_friction_share_the_energy_of_the_spin():
     at_end, of_gas = result.sol(1.0)
     assert on.time == pytest.approx(result.t[-1], rel=1e-6)
     assert on.heat == pytest.approx(0.5 * J * at_end**2 - (result.y[1, -1] - of_gas), rel=1e-6)
+
+
+def landed(transfer, *, races=(2400.0, 1200.0), slope=0.25):
+    """A coast-down with rotating races, and their heat and temperatures, 200 s long; the races warm alike."""
+    times = np.linspace(0.0, 200.0, 401)
+    speeds = 2500.0 - slope * times
+    lost = 0.5 * J * (speeds[0] ** 2 - speeds**2) - 0.5 * 1e-4 * sum(race**2 for race in races)
+    values = {"time": times, "rotor_contact.speed": speeds}
+    p = {"spin.inertia": J, "spin.drag": 0.0, "ambient_temperature": 293.0}
+    sites = {}
+    for site, race in zip(("a", "b"), races, strict=True):
+        values |= {
+            f"rotor_contact.{site}.race_speed": np.full(401, race),
+            f"rotor_contact.{site}.heat": 0.5 * lost,
+            f"rotor_contact.{site}.temperature": np.full(401, 300.0),
+        }
+        p |= {f"{site}.race_inertia": 1e-4, f"{site}.heat_capacity": 60.0, f"{site}.heat_transfer": transfer}
+        sites[site] = SimpleNamespace(heat=0.5 * lost[-1], temperature=300.0)
+    touchdown = SimpleNamespace(retainers=sites, rest_after=1.0, rocks_within=None, slow_after=None)
+    subject = SimpleNamespace(parameters={"rotor_contact": p}, rotor=SimpleNamespace(faces=()))
+    run = SimpleNamespace(signals={name: SimpleNamespace(values=value) for name, value in values.items()})
+    return {item.quantity: item for item in rest._to_rest(subject, run, touchdown)}
+
+
+@pytest.mark.parametrize("races", [(2400.0, 1200.0), (0.0, 0.0)])
+def test_heat_to_standstill_is_the_energy_of_the_spin_without_gas(races):
+    """The rotor's energy at the loss of power; the races got theirs from it and dissipate it in the retainers."""
+    assert landed(2.0, races=races)["heat_to_standstill"].value == pytest.approx(0.5 * J * 2500.0**2, rel=1e-6)
+
+
+def test_retainers_with_heat_transfer_stay_near_their_steady_temperature():
+    """J a Omega/2 of a retainer over h = 1 W/K, for standstill after 9800 s and C/h = 60 s."""
+    found, steady = landed(1.0)["temperature_to_standstill"], 0.5 * J * 0.25 * 2450.0
+    assert 0.9 * steady < found.value - 293.0 < steady
+    assert "at most" not in found.where
+
+
+def test_retainers_without_heat_transfer_have_an_upper_bound():
+    """All remaining heat stays in two capacities of 60 J/K; the race of a has more energy than that of b."""
+    found = landed(0.0)["temperature_to_standstill"]
+    remaining = 0.25 * J * 2450.0**2 + 0.5 * 1e-4 * 2400.0**2
+    assert found.value == pytest.approx(300.0 + remaining / 60.0, rel=1e-6)
+    assert "at most" in found.where
+
+
+def test_temperatures_follow_the_heat_flow_with_a_lag():
+    """C T' = 48 W - h (T - T_a): 48/h (1 - exp(-h t/C))."""
+    times = np.linspace(0.0, 100.0, 11)
+    found = temperatures(times, 48.0 * times, 293.0, capacity=60.0, transfer=2.0, ambient=293.0)
+    assert found == pytest.approx(293.0 + 24.0 * -np.expm1(-2.0 * times / 60.0))
 
 
 @pytest.mark.parametrize("gain", [0.0, 3.0])

@@ -38,7 +38,7 @@ declare("retainer_heat", "J", title="Heat in the retainers")
 declare("retainer_temperature", "K", title="Largest temperature of a retainer")
 declare("standstill_time", "s", title="Time until the rotor stands still")
 declare("heat_to_standstill", "J", title="Heat in the retainers until the rotor stands still")
-declare("temperature_to_standstill", "K", title="Temperature of a retainer until the rotor stands still")
+declare("temperature_to_standstill", "K", title="Largest temperature of a retainer until the rotor stands still")
 declare("landing_force_change", "%")
 
 FIRST, LONGEST, MOST_STEPS = 5.0, 40.0, 1_000_000  # s, s, and steps, over which a landing is simulated
@@ -50,14 +50,48 @@ FEWEST = 4  # modes of the finer rotor
 ROUNDING = 1e-9  # change of the speed, relative, that is no loss
 SAME_TIME = 0.01  # relative difference of two predictions of standstill that agree
 STEADY_SWING = 0.7  # of the swing in the shorter run, below which rocking decays
+EXTRAPOLATED = 1000  # time steps of a coast-down
 
 
 @dataclass(frozen=True)
 class CoastDown:
-    """The remaining run-down: time until standstill (s), and friction heat (J) at the retainers until then."""
+    """The remaining run-down from the end of a run to standstill, where its arrays end.
 
-    time: float
-    heat: float
+    times, speeds
+        Times since the start of the run (s), and magnitudes of the spin speed (rad/s).
+    heats
+        Energy of the spin (J) that contact has dissipated by then.
+    """
+
+    times: Array
+    speeds: Array
+    heats: Array
+
+    @property
+    def time(self) -> float:
+        """Time of standstill (s)."""
+        return float(self.times[-1])
+
+    @property
+    def heat(self) -> float:
+        """Energy of the spin (J) that contact dissipates until standstill."""
+        return float(self.heats[-1])
+
+    def warming(self, share: float, of_race: float) -> Array:
+        """Return the heat (J) of a retainer over the times.
+
+            Q = s Q_spin + E (1 - (Omega/Omega_1)^2)                                                   (1)
+
+        A race slows down with the rotor, and its drag and its friction dissipate its energy E in the retainer.
+
+        Parameters
+        ----------
+        share
+            Share s of the heat Q_spin of contact.
+        of_race
+            Kinetic energy E (J) of the race at the end of the run.
+        """
+        return share * self.heats + of_race * (1.0 - (self.speeds / self.speeds[0]) ** 2)
 
 
 @dataclass(frozen=True)
@@ -91,7 +125,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         raise ValueError("the rotor touches nothing after the power is lost")
     times, speeds = _speeds(fallen)
     measured = (
-        *_to_rest(subject, touchdown, times, speeds),
+        *_to_rest(subject, fallen, touchdown),
         *_landed(subject, touchdown, times),
         *_convergence(subject, Omega, inputs, lost),
     )
@@ -178,8 +212,8 @@ def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> Coas
         Omega' = -a - b Omega,   b = drag/inertia                                                     (1)
 
     With w = Omega exp(b t) and u = (exp(b t) - 1)/b, (1) becomes the line w = w_0 - a u, which is fitted to the second
-    half of the run. The run-down ends at u = w_0/a. In the remaining time t, during which the speed falls from Omega_1
-    to zero, friction dissipates J a (Omega_1 - a t)/b.
+    half of the run. The run-down ends at u = w_0/a. In a time t after the run, during which the speed falls from
+    Omega_1 to Omega, friction dissipates J a (Omega_1 - Omega - a t)/b.
 
     Parameters
     ----------
@@ -195,13 +229,22 @@ def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> Coas
     if -slope * u[-1] <= ROUNDING * first:
         return None
     a = -float(slope)
-    remaining = (math.log1p(b * float(Omega[-1]) / a) / b) if b else float(Omega[-1]) / a
-    angle = (float(Omega[-1]) - a * remaining) / b if b else 0.5 * float(Omega[-1]) * remaining
-    return CoastDown(float(times[-1]) + remaining, inertia * a * angle)
+    end = float(Omega[-1])
+    remaining = np.linspace(0.0, (math.log1p(b * end / a) / b) if b else end / a, EXTRAPOLATED + 1)
+    if b:
+        slowed = end * np.exp(-b * remaining) + a * np.expm1(-b * remaining) / b
+        angles = (end - slowed - a * remaining) / b
+    else:
+        slowed, angles = end - a * remaining, (end - 0.5 * a * remaining) * remaining
+    return CoastDown(float(times[-1]) + remaining, slowed, inertia * a * angles)
 
 
-def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speeds: Array) -> Iterator[Quantity]:
-    """Yield the times until rest and until standstill, the heat, and, if known, the largest retainer temperature."""
+def _to_rest(subject: AssessedMachine, run: Result, touchdown: Touchdown) -> Iterator[Quantity]:
+    """Yield the times until rest and until standstill, the heat, and, if known, the largest retainer temperature.
+
+    The heat until standstill includes the energy that races have at the end of the run.
+    """
+    times, speeds = _speeds(run)
     end, sites = float(times[-1]), touchdown.retainers
     where, rest = f"in {end:.4g} s without power", touchdown.rest_after
     rocking = "" if touchdown.rocks_within is None else f"; it swings up to {touchdown.rocks_within:.2g} deg"
@@ -229,11 +272,10 @@ def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speed
         f"last quarter of the run is left out, the extrapolated standstill {other}"
     )
     yield Quantity("standstill_time", "extrapolated", coasting.time, "s", {}, basis)
-    yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + coasting.heat, "J", {}, basis)
+    of_races = sum(_race_energy(parameters, run, site) for site in sites)
+    yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + coasting.heat + of_races, "J", {}, basis)
     if hottest is not None:
-        most = max(_at_most(subject, touchdown, site, coasting.heat) for site in sites)
-        bound = "extrapolated as if the retainers dissipated no heat"
-        yield Quantity("temperature_to_standstill", "at most", most, "K", {}, bound)
+        yield _temperature(subject, run, touchdown, coasting)
 
 
 def _landed(subject: AssessedMachine, touchdown: Touchdown, times: Array) -> Iterator[Quantity]:
@@ -258,16 +300,68 @@ def _landed(subject: AssessedMachine, touchdown: Touchdown, times: Array) -> Ite
         )
 
 
-def _at_most(subject: AssessedMachine, touchdown: Touchdown, site: str, more: float) -> float:
-    """Return the temperature (K) of a retainer or a face after it has absorbed its share of the remaining heat."""
-    warmed = {name: _warmed(subject, name) for name in touchdown.retainers}
-    heats = {name: item.heat or 0.0 for name, item in touchdown.retainers.items()}
-    temperature, total = touchdown.retainers[site].temperature, sum(heats.values())
-    capacity = subject.parameters[PLANT].get(f"{warmed[site]}.heat_capacity")
-    if temperature is None or not capacity or not total:
-        return 0.0
-    share = sum(heat for name, heat in heats.items() if warmed[name] == warmed[site]) / total
-    return temperature + more * share / capacity
+def _race_energy(parameters: Mapping[str, Any], run: Result, site: str) -> float:
+    """Return the kinetic energy (J) of a site's race at the end of a run; 0 for a face or a plain ring."""
+    inertia, name = parameters.get(f"{site}.race_inertia"), f"{PLANT}.{site}.race_speed"
+    return 0.5 * inertia * float(run.signals[name].values[-1]) ** 2 if inertia and name in run.signals else 0.0
+
+
+def _temperature(subject: AssessedMachine, run: Result, touchdown: Touchdown, coasting: CoastDown) -> Quantity:
+    """Return the largest temperature of a retainer until standstill; an upper bound if it transfers no heat.
+
+    The retainers share the heat as in the second half of the run.
+    """
+    p, places = subject.parameters[PLANT], dict.fromkeys(_warmed(subject, site) for site in touchdown.retainers)
+    recent = {}
+    for place in places:
+        heats = run.signals[f"{PLANT}.{place}.heat"].values
+        recent[place] = float(heats[-1] - heats[len(heats) // 2])
+    total, hottest = sum(recent.values()), dict[str, float]()
+    for place, warmed in recent.items():
+        if capacity := p.get(f"{place}.heat_capacity"):
+            heats = coasting.warming(warmed / total if total else 1.0 / len(recent), _race_energy(p, run, place))
+            measured = np.asarray(run.signals[f"{PLANT}.{place}.temperature"].values)
+            later = temperatures(
+                *(coasting.times, heats, float(measured[-1])),
+                capacity=capacity,
+                transfer=p[f"{place}.heat_transfer"],
+                ambient=p["ambient_temperature"],
+            )
+            hottest[place] = float(max(measured.max(), later.max()))
+    place = max(hottest, key=lambda name: hottest[name])
+    capacity, transfer = p[f"{place}.heat_capacity"], p[f"{place}.heat_transfer"]
+    where, note = f"{place}, extrapolated", f"with heat_capacity {capacity:g} J/K and heat_transfer {transfer:g} W/K"
+    if not transfer:
+        where, note = f"{place}, at most", "extrapolated as if the retainer gave off no heat: its heat_transfer is 0"
+    return Quantity("temperature_to_standstill", where, hottest[place], "K", {}, note)
+
+
+def temperatures(
+    times: Array, heats: Array, first: float, *, capacity: float, transfer: float, ambient: float
+) -> Array:
+    """Return the temperature (K) of a retainer at each time.
+
+        C T' = Q' - h (T - T_ambient)                                                                  (1)
+
+    The heat flow Q' is constant between two times.
+
+    Parameters
+    ----------
+    times, heats
+        Ascending times (s), and the heat Q so far at these times (J), each of shape (n,).
+    first
+        Temperature at the first time (K).
+    capacity, transfer
+        Heat capacity C (J/K) and heat transfer h (W/K).
+    ambient
+        Ambient temperature (K).
+    """
+    result = np.full(len(times), first)
+    for n, (step, heat) in enumerate(zip(np.diff(times), np.diff(heats), strict=True)):
+        exponent = transfer * step / capacity
+        mean_share = -math.expm1(-exponent) / exponent if exponent else 1.0
+        result[n + 1] = ambient + (result[n] - ambient) * math.exp(-exponent) + heat / capacity * mean_share
+    return result
 
 
 def _warmed(subject: AssessedMachine, site: str) -> str:
