@@ -52,7 +52,7 @@ def _positions(text: str) -> list[str]:
 @click.option(
     "--thrust-disc", is_flag=True, help="Add an axial bearing, and faces that stop the rotor along its shaft."
 )
-@click.option("--bias", type=WithUnit("2 A"), help="Bias current for --k-i and --k-s, instead of --gap.")
+@click.option("--bias", type=WithUnit("2 A"), help="Bias current for --k-i and --k-s; it implies --gap.")
 @click.option(
     "--drive",
     type=click.Choice(["differential", "one-sided"]),

@@ -30,6 +30,7 @@ CAPACITY = 4.0  # force of an axis over its share of the weight
 FLUX = 1.2  # T in the gap at twice the bias current
 CURRENT = 10.0  # A, current limit of the amplifier
 ROOM = 2.5  # least bias current over the current that carries the weight, if neither gap nor bias is stated
+AGREES = 0.02  # relative difference of a stated bias current from that of a stated gap
 WIDEST = 3.0  # largest assumed gap, over that of a first design
 BANDWIDTH = 1400.0  # Hz, of the amplifier for small signals
 SAMPLE_TIMES = (50e-6, 25e-6)  # s; the second is used if no gains tolerate the delay of the first
@@ -43,8 +44,8 @@ class MagnetData:
     """K_i (N/A) and K_s (N/m) of an axis at its centre, from a data sheet.
 
     gap, bias
-        Air gap (m) or bias current I_0 (A) of the coils, if stated; each follows from the other. If one of them is
-        stated, K_i and K_s hold without load; otherwise, they hold at the operating point.
+        Air gap (m) or bias current I_0 (A) of the coils, if stated; each follows from the other, and both must agree.
+        If one of them is stated, K_i and K_s hold without load; otherwise, they hold at the operating point.
     drive
         How the coils carry a load: `differential` (with currents I_0 + i_s and I_0 - i_s) or `one-sided` (with I_0 +
         I_s and I_0).
@@ -62,7 +63,12 @@ class MagnetData:
         for name, unit, stated in (("gap", "m", self.gap), ("bias", "A", self.bias)):
             require(stated is None or 0.0 < stated < math.inf, name, f"{stated} {unit}", f"> 0 {unit}")
         if self.gap is not None and self.bias is not None:
-            raise ValueError("gap and bias are both set, but with K_i and K_s each determines the other; set only one")
+            follows = self.gap * self.k_s / self.k_i
+            if not math.isclose(self.bias, follows, rel_tol=AGREES):
+                raise ValueError(
+                    f"bias = {self.bias:.4g} A conflicts with the gap: K_s, K_i and a gap of {1e3 * self.gap:.4g} mm "
+                    f"require {follows:.4g} A (within {100.0 * AGREES:g} %); set only one of gap and bias"
+                )
 
     @property
     def keeps_k_s(self) -> bool:

@@ -65,7 +65,7 @@ def test_readme_states_coil_currents_that_carry_the_load_with_k_i(bench):
     assert len(rows) == 2 + len(bench.points)
 
 
-@pytest.mark.parametrize("known", [{"gap": 0.4e-3}, {"bias": 0.4e-3 * 1.5e6 / 210.0}])
+@pytest.mark.parametrize("known", [{"gap": 0.4e-3}, {"bias": 0.4e-3 * 1.5e6 / 210.0}, {"gap": 0.4e-3, "bias": 2.86}])
 def test_differential_drive_keeps_k_i_and_raises_k_s_with_the_load(known):
     """K_s (1 + (i_s/I_0)^2), of coils with I_0 + i_s and I_0 - i_s."""
     sizes, points = points_of(**known)
@@ -86,7 +86,8 @@ def test_one_sided_drive_raises_both_constants():
 @pytest.mark.parametrize(
     ("known", "facts"),
     [
-        ({"gap": 0.4e-3, "bias": 2.0}, ("gap", "bias")),
+        ({"gap": 0.4e-3, "bias": 2.0}, ("gap", "0.4 mm", "bias", "2 A", "2.857 A", "2 %")),
+        ({"gap": 0.4e-3, "bias": 2.92}, ("2.92 A", "2.857 A")),
         ({"gap": 0.0}, ("gap", "0.0 m", "> 0 m")),
         ({"gap": 1e-5}, ("gap", "clearance")),
         ({"bias": 1e-3}, ("gap", "clearance")),
