@@ -54,6 +54,11 @@ def _positions(text: str) -> list[str]:
 )
 @click.option("--bias", type=WithUnit("2 A"), help="Bias current for --k-i and --k-s; it implies --gap.")
 @click.option(
+    "--sample-time",
+    type=WithUnit("50 us"),
+    help="Sample time of the controller; default: 50 us, or 25 us if that is too long.",
+)
+@click.option(
     "--drive",
     type=click.Choice(["differential", "one-sided"]),
     help="Coils that carry the load: both (default), or only the upper ones.",
@@ -72,6 +77,7 @@ def new(
     tilt: str | None,
     thrust_disc: bool,
     bias: str | None,
+    sample_time: str | None,
     drive: Drive | None,
     flavour: Flavour,
 ) -> None:
@@ -111,6 +117,7 @@ def new(
                 gap=air,
                 tilt=angle,
                 thrust_disc=thrust_disc,
+                sample_time=None if sample_time is None else quantity(sample_time, "s", "sample time"),
             )
     _echo_design(folder.name, machine.design)
     for bearing, point in machine.points.items():
@@ -128,7 +135,7 @@ def new(
     sizes = machine.sizes
     click.echo(
         f"magnets: {sizes.turns} turns on each pole, {1e4 * sizes.pole_area:.3g} cm2, gap {1e3 * sizes.gap:.3g} mm, "
-        f"bias {sizes.bias_current:.3g} A" + _comparison(magnet, machine.typical)
+        f"bias {sizes.bias_current:.3g} A, at most {sizes.current_limit:.3g} A" + _comparison(magnet, machine.typical)
     )
     if magnet is not None:
         click.echo(_assumed(magnet))
@@ -139,6 +146,10 @@ def new(
             "twice the least clearance" if "bearings" not in machine.assumed else "1/250 of the diameter, 0.3 to 1 mm"
         )
         click.echo(f"the gap is assumed, {basis}; set it with --gap")
+    click.echo(
+        f"the largest current of {sizes.current_limit:.3g} A and the trip speed of {TRIP * sizes.speed * RPM:.5g} rpm "
+        "are assumed; enter yours as current_limit in levitation.toml and trip in machine.toml"
+    )
     click.echo(_lag(machine.design))
     if not sizes.retainers:
         click.echo("the rotor has no retainers and cannot land; add them to rotor.toml as [[sites]] with a bearing")
@@ -209,6 +220,14 @@ def _echo_design(name: str, design: Design) -> None:
     )
     for shortfall in design.shortfalls:
         click.echo(f"target missed: {shortfall}")
+    if design.shortfalls:
+        click.echo(
+            "for controllers other than a PID, see docs/how-to/find_a_controller.md (examples/controllers/search.py)"
+        )
+    click.echo(f"sample time: {1e6 * design.sample_time:g} µs")
+    for other in design.rejected:
+        lacks = "; ".join(other.shortfalls) or "it is further from its targets"
+        click.echo(f"sample time rejected: {1e6 * other.sample_time:g} µs: {lacks}")
     for bearing, k_b in pid.k_b.items():
         click.echo(f"bearing {bearing}: K_b = {k_b:.3g} N/m, C_b = {pid.c_b[bearing]:.3g} N s/m in the closed loop")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -16,7 +16,14 @@ from amb_assessment.first_design.levitation import (
     operating_points,
     pid_of,
 )
-from amb_assessment.first_design.shortfalls import advice, high_voltage, hindering_positions, shortfalls, soft_bearings
+from amb_assessment.first_design.shortfalls import (
+    advice,
+    high_voltage,
+    hindering_positions,
+    loop_shortfalls,
+    shortfalls,
+    soft_bearings,
+)
 from amb_assessment.first_design.sizing import SAMPLE_TIMES, MachineSizes
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
@@ -37,12 +44,15 @@ class Design:
         Behaviour of the sampled loop; None before it is computed.
     shortfalls
         Sentences about missed targets and their causes.
+    rejected
+        The designs with other sample times that were tried; their shortfalls are those of the loop alone.
     """
 
     sample_time: float
     pid: Pid
     levitation: Levitation | None = None
     shortfalls: tuple[str, ...] = ()
+    rejected: tuple[Design, ...] = ()
 
     @property
     def loop(self) -> Levitation:
@@ -59,6 +69,7 @@ def first_design(
     scenario: Callable[[Design], Scenario],
     options: RunOptions,
     progress: Progress = lambda sample_time, tried: None,
+    sample_times: Sequence[float] = SAMPLE_TIMES,
 ) -> Design:
     """Return the design with the first sample time that reaches zone A, or else the design closest to its targets.
 
@@ -72,6 +83,8 @@ def first_design(
         Options of the linearisation; only the flavour of the FMUs is used.
     progress
         Function that is called with a sample time and the number of sets of gains tried with it.
+    sample_times
+        Sample times (s) in the order in which they are tried.
 
     Raises
     ------
@@ -80,7 +93,7 @@ def first_design(
     """
     k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
     candidates = []
-    for sample_time in SAMPLE_TIMES:
+    for sample_time in sample_times:
         start = pid_of(k_s, [*START[:2] * len(k_s), START[2]], sample_time)
         designer = Designer(scenario(Design(sample_time, start)), sizes, options, partial(progress, sample_time))
         pid = designer.best()
@@ -96,7 +109,9 @@ def first_design(
     if not best.loop.is_stable:
         raise ValueError(_refusal(sizes, best, machine))
     missed = (*shortfalls(machine, best.loop, sizes.speed), *soft_bearings(best.pid, k_s), *high_voltage(sizes))
-    return replace(best, shortfalls=missed)
+    others = tuple(item for item, _ in candidates if item is not best)
+    rejected = tuple(replace(item, shortfalls=tuple(loop_shortfalls(item.loop))) for item in others)
+    return replace(best, shortfalls=missed, rejected=rejected)
 
 
 def _refusal(sizes: MachineSizes, best: Design, machine: Machine) -> str:

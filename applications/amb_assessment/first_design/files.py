@@ -11,7 +11,7 @@ from amb_assessment.first_design import thrust
 from amb_assessment.first_design.design import Design, Progress, first_design
 from amb_assessment.first_design.levitation import TRIP, OperatingPoint, operating_points
 from amb_assessment.first_design.rotor_text import damping, filled, reduction, require_name, supports
-from amb_assessment.first_design.sizing import BANDWIDTH, MachineSizes, MagnetData, machine_sizes
+from amb_assessment.first_design.sizing import BANDWIDTH, SAMPLE_TIMES, MachineSizes, MagnetData, machine_sizes
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
@@ -28,6 +28,7 @@ from rotor_analysis.rotor_file import rotor_from
 TEMPLATES = Path(__file__).parent / "templates"
 ROTOR, LEVITATION = "rotor.toml", "levitation.toml"
 WIDE = 0.1  # m, the widest gap
+SAMPLED = (1e-6, 1e-2)  # s, the shortest and the longest sample time
 FALL = "landing.toml"  # the base scenario of those with a drop
 
 
@@ -62,6 +63,7 @@ def new_machine(
     gap: float | None = None,
     tilt: float = 0.0,
     thrust_disc: bool = False,
+    sample_time: float | None = None,
 ) -> NewMachine:
     """Write the rotor, scenarios, a machine file and a page about them into a new folder.
 
@@ -89,6 +91,8 @@ def new_machine(
         by default 0).
     thrust_disc
         Whether to add a thrust disc, and faces at the lower retainer, to a rotor file without a thrust disc.
+    sample_time
+        Sample time of the controller (s); by default the first of `SAMPLE_TIMES` with which the design reaches zone A.
 
     Raises
     ------
@@ -100,6 +104,10 @@ def new_machine(
     require_name(folder.name)
     require(abs(tilt) <= 0.5 * math.pi, "tilt", f"{math.degrees(tilt):g} deg", ">= -90 deg and <= 90 deg")
     require(gap is None or 0.0 < gap <= WIDE, "gap", f"{gap} m", f"> 0 m and <= {WIDE:g} m")
+    least, most = SAMPLED
+    sampled = f">= {1e6 * least:g} us and <= {1e6 * most:g} us"
+    if sample_time is not None:
+        require(least <= sample_time <= most, "sample time", f"{1e6 * sample_time:g} us", sampled)
     if folder.exists():
         raise ValueError(f"{folder} exists; a new machine needs a new folder")
     name = f"rotor file {folder / ROTOR}"
@@ -129,7 +137,8 @@ def new_machine(
         text, what = _filled(values(design), bool(sizes.retainers))[LEVITATION], f"scenario {folder / LEVITATION}"
         return make_scenario(parse_toml(text, what) | {"rotor": supported}, LEVITATION)
 
-    design = first_design(sizes, scenario, RunOptions(flavour=flavour), progress)
+    sample_times = SAMPLE_TIMES if sample_time is None else (sample_time,)
+    design = first_design(sizes, scenario, RunOptions(flavour=flavour), progress, sample_times)
     if not drawn.bearings:
         rotor += supports(drawn, bearings, design.pid.k_b, design.pid.c_b, gap)
     of_files, of_axis = values(design), dict[str, str]()

@@ -40,17 +40,21 @@ def shortfalls(machine: Machine, levitation: Levitation, speed: float) -> tuple[
         Highest speed in operation (rad/s).
     """
     return (
-        *_loop_shortfalls(levitation),
+        *loop_shortfalls(levitation),
         *_damping_shortfall(machine.rotor, levitation),
         *hindering_positions(machine, levitation, speed),
         *saturating_axes(machine, speed),
     )
 
 
-def _loop_shortfalls(loop: Levitation) -> Iterator[str]:
-    if loop.zone not in ACCEPTED:
+def loop_shortfalls(loop: Levitation) -> Iterator[str]:
+    """Yield sentences about the sensitivity and damping targets that a loop misses, or about its growing motion."""
+    if not loop.is_stable:
+        yield loop.least_damped
+        return
+    if loop.zone != "A":
         yield (
-            f"sensitivity {loop.peak.value:.3g} is in zone {loop.zone} (zone B ends at {ZONES['B']:g}): "
+            f"sensitivity {loop.peak.value:.3g} is in zone {loop.zone} (zone A ends at {ZONES['A']:g}): "
             f"{loop.peak.axis}, {loop.peak.frequency:.0f} Hz at {loop.peak.speed * RPM:.0f} rpm"
         )
     bands = zip(BANDS, loop.ratios, loop.wanted, strict=True)

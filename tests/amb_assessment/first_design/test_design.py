@@ -5,6 +5,7 @@
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,8 +16,10 @@ from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
 from amb_assessment.assessment.engine.assess import assess
 from amb_assessment.assessment.engine.findings import Judgement
+from amb_assessment.first_design import design
+from amb_assessment.first_design.design import first_design
 from amb_assessment.first_design.files import new_machine
-from amb_assessment.first_design.levitation import Pid, growth_in_runs, levitation_of, wanted_ratios
+from amb_assessment.first_design.levitation import Levitation, Pid, growth_in_runs, levitation_of, wanted_ratios
 from amb_assessment.first_design.loop_search import LoopSearch, Peak
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
@@ -68,6 +71,34 @@ def test_machine_of_the_page_reaches_zone_a_with_full_damping(page_machine):
     assert loop.peak.value < 3.0
     assert loop.in_range > 0.1
     assert page_machine.design.shortfalls == ()
+
+
+@pytest.mark.parametrize(
+    ("slow", "facts"),
+    [
+        (Levitation(0.2, 0.1, 0.01, 1.0, 1.0, Peak(3.4), Peak(1.0), (0.1, 0.02, 0.002)), ("3.4", "zone B", "3")),
+        (Levitation(0.2, 0.01, 0.01, 1.0, 1.0, Peak(4.4), Peak(1.0), (0.1, 0.02, 0.002)), ("zone C", "0.01", "0.02")),
+        (Levitation(-0.1, -0.1, -0.1, 1.0, 9.0, Peak(9.0), Peak(9.0), (0.1, 0.02, 0.002), "a drift"), ("a drift",)),
+    ],
+)
+def test_a_rejected_sample_time_is_named_with_the_targets_that_it_misses(monkeypatch, slow, facts):
+    loops = iter((slow, Levitation(0.2, 0.1, 0.01, 1.0, 1.0, Peak(2.5), Peak(1.0), (0.1, 0.02, 0.002))))
+    designer = SimpleNamespace(
+        best=lambda: Pid({}, {}, 1e-5), wanted=(), machine=lambda pid: SimpleNamespace(loop=0, run_loop=0)
+    )
+    for name, result in (
+        ("operating_points", lambda sizes: {}),
+        ("Designer", lambda *_: designer),
+        ("levitation_of", lambda *_: next(loops)),
+        ("growth_in_runs", lambda *_: ""),
+        ("shortfalls", lambda *_: ()),
+        ("high_voltage", lambda *_: ()),
+    ):
+        monkeypatch.setattr(design, name, result)
+    made = first_design(SimpleNamespace(speed=100.0), lambda _: None, None, sample_times=(8e-5, 4e-5))
+    (other,) = made.rejected
+    assert (made.sample_time, other.sample_time) == (4e-5, 8e-5)
+    assert_names(" ".join(other.shortfalls), *facts)
 
 
 def test_sensitivity_of_the_design_is_that_of_the_closed_loop(page_machine):

@@ -48,7 +48,7 @@ def test_a_machine_is_designed_before_its_files_exist(tmp_path, monkeypatch):
     """The design has the rotor with its bearings as such, and a machine that cannot be designed leaves no file."""
     designed = []
 
-    def refuse(sizes, scenario, flavour, progress):
+    def refuse(sizes, scenario, *_):
         k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
         designed.append(scenario(Design(1e-4, pid_of(k_s, [1.0, 1.0] * len(k_s) + [0.2], 1e-4))).rotor)
         raise ValueError("no gains")
@@ -64,7 +64,7 @@ def test_plant_of_a_new_machine_whirls_at_its_trip_speed_as_all_elements(tmp_pat
     """Modes at rest and residual shapes of its sites alone would tilt 0.4 % too fast."""
     designed, speed = [], 90000.0 * RPM
 
-    def refuse(sizes, scenario, flavour, progress):
+    def refuse(sizes, scenario, *_):
         designed.append(sizes.rotor)
         raise ValueError("no gains")
 
@@ -76,6 +76,27 @@ def test_plant_of_a_new_machine_whirls_at_its_trip_speed_as_all_elements(tmp_pat
     assert max(abs(value) for value in (*error.forward_error, *error.backward_error)) < 0.1
     at_rest = replace(designed[0], reduction=ReductionOptions())
     assert reduced_rotor(at_rest).model.size < reduced_rotor(designed[0]).model.size
+
+
+@pytest.mark.parametrize(
+    ("given", "tried"),
+    [((), (50e-6, 25e-6)), (("--sample-time", "100 us"), (100e-6,)), (("--sample-time", "0 s"), None)],
+)
+def test_a_stated_sample_time_is_the_only_one_tried(tmp_path, monkeypatch, given, tried):
+    seen = []
+
+    def refuse(sizes, scenario, options, progress, sample_times):
+        seen.append(sample_times)
+        raise ValueError("no gains")
+
+    monkeypatch.setattr(files, "first_design", refuse)
+    pump = ("--mass", "60 kg", "--length", "1.2 m", "--speed", "12000 rpm")
+    done = CliRunner().invoke(main, ["new", str(tmp_path / "pump"), *pump, *given])
+    if tried is None:
+        assert_names(done.stderr, "sample time", "0 us", ">= 1 us")
+    else:
+        (times,) = seen
+        assert times == pytest.approx(tried)
 
 
 def sizes_of(tmp_path, name, bearings=None, gap=None, **stated):
@@ -134,7 +155,7 @@ def test_a_gap_that_is_no_wider_than_the_retainers_is_refused(tmp_path):
 def test_files_of_a_tilted_machine_have_its_gravity(tmp_path, monkeypatch, degrees):
     seen = []
 
-    def refuse(sizes, scenario, options, progress):
+    def refuse(sizes, scenario, *_):
         k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
         seen.append(scenario(Design(1e-4, pid_of(k_s, [1.0, 1.0] * len(k_s) + [0.2], 1e-4))))
         raise ValueError("no gains")
@@ -251,6 +272,7 @@ def test_damping_missing_in_a_drawing_is_assumed_and_reported(tmp_path):
     assert not any(load_rotor(undamped).damping.ratios(3))
     done = CliRunner().invoke(main, ["new", str(tmp_path / "made"), "--rotor", str(undamped), "--speed", "15000 rpm"])
     assert_names(done.stdout.splitlines()[0], "made", "levitates")  # the answer first
+    assert_names(done.output, "sample time: 25 µs", "50 µs", "zone A ends at 3", "10 A", "15750 rpm", "current_limit")
     assert_names(done.output, "damping", "assumed", "[reduction]", "speed = '15750 rpm'")
     assert load_rotor(tmp_path / "made/rotor.toml").damping.ratios(3).tolist() == [0.003, 0.005, 0.01]
 

@@ -11,9 +11,9 @@ from amb_assessment.first_design.levitation import Levitation, Pid
 from amb_assessment.first_design.loop_search import Peak
 from amb_assessment.first_design.rotor_text import plain_shaft, supports
 from amb_assessment.first_design.shortfalls import (
-    _loop_shortfalls,
     advice,
     high_voltage,
+    loop_shortfalls,
     saturating_axes,
     soft_bearings,
 )
@@ -99,7 +99,7 @@ def test_nutation_of_a_flywheel_is_not_called_bending(share, facts):
 @pytest.mark.parametrize(("damping", "count"), [(0.0201, 0), (0.01999, 0), (0.0197, 1)])
 def test_a_damping_that_prints_as_its_target_meets_it(damping, count):
     loop = Levitation(0.2, damping, 0.01, 1.0, 1.0, Peak(2.0), Peak(1.0), (0.1, 0.02, 0.002))
-    reasons = list(_loop_shortfalls(loop))
+    reasons = list(loop_shortfalls(loop))
     assert len(reasons) == count
     for reason in reasons:
         assert_names(reason, "0.0197", "0.02")
@@ -111,5 +111,5 @@ def test_a_motion_that_grows_in_runs_only_is_named_with_its_cure():
     grows = replace(loop, motion_in_runs="a vibration of 1876 Hz grows at 9450 rpm")
     assert (loop.holds, grows.holds) == (True, False)
     assert grows.lack > loop.lack == 0.0
-    (reason,) = _loop_shortfalls(grows)
+    (reason,) = loop_shortfalls(grows)
     assert_names(reason, "in runs", "1876 Hz", "9450 rpm", "[reduction]", "band")
