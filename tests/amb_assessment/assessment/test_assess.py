@@ -12,6 +12,7 @@ from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.assessment.format.quantities import QUANTITIES
 from amb_assessment.assessment.page.page import write_assessment
 from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
+from tests.support.messages import assert_names
 
 DRIVING = """
 inputs = ["mb1.x", "mb1.y", "mb2.x", "mb2.y"]
@@ -87,6 +88,14 @@ def test_linear_response_bounds_vibration_in_co_simulation(compressor):
     part_of = {part.key: part for part in compressor.parts}
     used = [item.measured.value for item in part_of["vibration"].findings]
     assert 0.5 < max(used) < 10.0
+
+
+@pytest.mark.parametrize(("key", "facts"), [("closed_loop", ("damped",)), ("unbalance", ("9000 rpm", "undamped"))])
+def test_tables_of_modes_say_how_they_relate_to_the_undamped_speeds(compressor, key, facts):
+    """The same mode has one speed without damping, one in the loop at one speed, and one as a peak of the response."""
+    (part,) = (part for part in compressor.parts if part.key == key)
+    (note,) = (note for note in part.result.notes if "`critical_map`" in note)
+    assert_names(note, *facts)
 
 
 def test_page_and_data_hold_every_verdict(compressor, tmp_path):

@@ -49,7 +49,10 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     heads = ("frequency (Hz)", "synchronous at (rpm)", "decrement", "whirl")
     table = ResultTable(f"Vibrations at {rpm(speed.highest):.0f} rpm", heads, rows)
     notes = table_notes(subject, speed.tripping)
-    notes += [f"Vibrations of the sampled loop up to {hertz(limit):.0f} Hz; z = exp(s T)."]
+    notes += [
+        f"Vibrations of the sampled loop up to {hertz(limit):.0f} Hz; z = exp(s T). The frequencies are damped, at one "
+        "speed; the part `critical_map` has the modes without damping."
+    ]
     if hertz(limit) > 0.5 / loop.sample_time:
         half = f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz"
         notes.append(

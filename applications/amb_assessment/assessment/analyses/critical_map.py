@@ -59,6 +59,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "synchronous. The stiffness of a bearing is the real part of force over displacement for parallel motion of "
         "the rotor; it includes controller, hold, delay, amplifier, magnet and passive coefficients. If the axes of a "
         "bearing differ, each is shown; negative values are not shown.",
+        "Damping is left out, so these speeds differ from the damped frequencies of the same modes in the part "
+        "`closed_loop` and from the peaks in the part `unbalance`, the more so the more a mode is damped.",
     )
     return AnalysisResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
 

@@ -172,12 +172,12 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     )
     heads = ("friction", "phase (deg)", "force (N)", "end", "touches elsewhere", "heat (J)")
     notes = (
-        f"All amplifiers lose power at {rpm(Omega):.0f} rpm. A landing is simulated until the rotor whirls "
+        f"All magnets lose power at {rpm(Omega):.0f} rpm. A landing is simulated until the rotor whirls "
         f"backward or lies at rest, for at most {followed:.3g} s, with only the modes of the rotor file's reduction. A "
         "landing also counts as ended if the rotor then rocks steadily: in the last quarter of the time it swings to "
         "and fro by less than 90 deg, and this limit would hold for twice the time even if the swing kept growing. "
-        "Forces are averaged over 1 ms; these averages converge, unlike peaks within an impact. The drive remains on; "
-        "it is off in the part `rest`.",
+        "Forces are averaged over 1 ms; these averages converge, unlike peaks within an impact. The motor that drives "
+        "the rotor keeps its power; it loses it, too, in the part `rest`.",
         "Chance decides in which landings the rotor whirls backward: even rounding changes the outcome. However, the "
         "least friction with which a falling rotor can roll over the top of its retainers depends only on the machine. "
         "With less than half of this friction, the rotor whirled in none of 90 simulated landings. The least "

@@ -67,8 +67,11 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"each lobe of a mode's shape receives a share at its antinode, in proportion to mass times shape. Shapes are "
         "computed without damping, seals and stages; the response includes all of these. The speeds extend to 1.5 "
         "times the largest speed of the machine.",
-        "Critical speeds are peaks of this response. Unbalance at other places causes peaks at other speeds; "
-        "`amb-cosim study unbalance_response`, for example, uses the unbalances of a scenario.",
+        f"The speed after the number of a mode is its undamped critical speed, for the stiffness that the bearings "
+        f"have at {rpm(subject.file.speed.highest):.0f} rpm; it names the shape. The part `critical_map` takes the "
+        "stiffness at each critical speed instead.",
+        "Critical speeds are peaks of this response, with damping. Unbalance at other places causes peaks at other "
+        "speeds; `amb-cosim study unbalance_response`, for example, uses the unbalances of a scenario.",
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
         "A_vl/A_max, the ratio of the probe limit to the largest displacement at the probes in operation, limited to "
         "the range from 1 to 6. The published text states only the upper limit of 6; the scale represents vibration "

@@ -76,6 +76,7 @@ def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
         f"face has not been measured: with {UNKNOWN:g} times this stiffness, the value is {stiffer:.3g}; with a third "
         f"of this stiffness, it is {softer:.3g}"
     )
+    where += f" (least of {rpm(tripping / SPEEDS):.0f} rpm to {rpm(tripping):.0f} rpm)"
     return Quantity("whirl_friction", where, value, "1", {"stiffer": stiffer}, note)
 
 
@@ -111,7 +112,8 @@ def _least_friction(subject: AssessedMachine) -> Quantity:
         "these retainers carry a small share of the weight"
     )
     note = f"no whirl up to {MOST:g}" if value >= MOST else usual
-    return Quantity("whirl_friction", f"{where}, {rpm(speeds[n]):.0f} rpm", value, "1", note=note)
+    where += f", {rpm(speeds[n]):.0f} rpm (least of 0 rpm to {rpm(highest):.0f} rpm)"
+    return Quantity("whirl_friction", where, value, "1", note=note)
 
 
 def chance(least: Quantity) -> str:
