@@ -50,7 +50,7 @@ def test_fields_of_a_record_are_in_the_order_of_the_array() -> None:
     ("places", "facts"),
     [
         (("sites[0].gap", "law", "sites[1].gap"), ("next to",)),
-        (("sites[0].gap", "sites[1].mu"), ("alike",)),
+        (("sites[0].gap", "sites[1].mu"), ("sites", "same structure")),
         (("law", "law"), ("law",)),
         (("sites[1].gap",), ("next to",)),
         (("2nd", "law"), ("2nd",)),

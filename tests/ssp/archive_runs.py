@@ -39,12 +39,14 @@ def with_this_project(
 
 
 def read_back(archive: str, set: dict[str, Any] | None = None) -> dict[str, list[Any]]:
-    """Return what a run of the archive by this project records."""
+    """Return what a run of the archive by this project records at its samples."""
     import amb_cosim
+    from amb_cosim.cosim.record.signals import AT_STEPS
 
     result = amb_cosim.simulate(archive, set=set)
     assert result.outcome.failure is None, result.outcome.failure
-    return {"time": result.dataset.time.values.tolist()} | {n: v.values.tolist() for n, v in result.dataset.items()}
+    sampled = {n: v.values.tolist() for n, v in result.dataset.items() if not str(n).endswith(AT_STEPS)}
+    return {"time": result.dataset.time.values.tolist()} | sampled
 
 
 def with_libcosim(archive: str, recorded: list[str], steps: int) -> dict[str, list[Any]]:

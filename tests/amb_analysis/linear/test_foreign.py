@@ -68,7 +68,7 @@ def test_poles_are_those_of_the_derivatives_at_the_point(folder):
 def test_differences_are_used_if_a_state_is_hidden_or_refused(folder, lag):
     """With a lag that is not listed the derivatives miss a state; with a negative one they are refused."""
     (note,) = (part := spring(folder, lag=lag)).notes
-    assert_names(note, "spring", "differences")
+    assert_names(note, "spring", "responses to pulses")
     assert ("directional" in note) == (lag > 0.0)
     result = np.linalg.eigvals(part.law.A)
     for pole in exact_poles():

@@ -139,7 +139,7 @@ def test_external_fmu_is_linearised_by_differences():
     for z in np.exp(1j * np.array([0.0, 0.1, 2.0])):
         answers = [p.law.C @ np.linalg.solve(z * np.eye(4) - p.law.A, p.law.B) + p.law.D for p in (part, exact)]
         np.testing.assert_allclose(*answers, rtol=1e-9, atol=1e-6)
-    assert_names(part.notes[0], "differences", "4 states")
+    assert_names(part.notes[0], "responses to pulses", "4 states")
     with raises_naming(ValueError, "rolac_controller", f"{H / 2:g} s", "communication step", "sample time"):
         foreign_component("rolac_controller", folder, interface, {"Omega": 900.0}, (AXES, DEMANDS), H / 2)
 

@@ -175,7 +175,7 @@ def test_repeated_responses_have_their_own_coherence(written):
 
 def test_a_real_response_is_refused(written):
     """Without its phase, a resonance has no damping."""
-    with raises_naming(ValueError, NAME, "real", "phase"):
+    with raises_naming(ValueError, NAME, "real", "phases"):
         read_measured(written(function(np.abs(H))))
 
 

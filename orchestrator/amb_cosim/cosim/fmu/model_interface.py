@@ -42,6 +42,7 @@ def _port(v: Variable, reference: int, definitions: dict[str, UnitDefinition], i
         description=v.description,
         depends_on=tuple(name for name in v.depends_on if name in inputs),
         warning=v.warning,
+        over_step=v.over_step,
         items={name: k for k, name in enumerate(v.enumeration.names)} if v.enumeration else {},
         variability=v.variability,
         stored="Enumeration" if v.enumeration else v.type,
