@@ -6,10 +6,17 @@ R^2/2. Let n be 1 if the seat pushes the rotor towards larger z, and -1 otherwis
 
     moment  -k_t u - d_t u' - n N h u,    force  -i n mu sgn(omega) (k_t u + d_t u')/R - mu N v/(2 |omega| R)     (1)
 
-act on the shaft (`rotor_contact.contact.faces`). The growth is the largest real part of the poles. The slip drives the
-whirl. If the face turns a race, and friction exceeds the drag M of the balls in this race, the slip ends after
+act on the shaft (`rotor_contact.contact.faces`). The slip drives the whirl. If the face turns a race, and friction
+exceeds the drag M of the balls in this race, the slip ends after
 
     t = J_r |omega|/(mu N R - M)                                                                                  (2)
+
+The growth is the largest real part of the poles. Nothing but friction holds the rotor sideways, so a cross coupling
+lets it drift off without friction, too. With a state matrix A + mu F, a pole and its eigenvectors x and y satisfy
+
+    lambda = y* A x/(y* x) + mu y* F x/(y* x)                                                                     (3)
+
+Friction drives a motion if the second term is more than half of its growth. Only such motions count as whirl.
 """
 
 from __future__ import annotations
@@ -18,16 +25,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import eig
 
 from amb_analysis.linear.linear_source import LinearSource
 from amb_cosim.results.component_names import PLANT
-from array_types import Array
+from array_types import Array, Complex
 from fmi_export.parts import part
 from rotor_contact.contact.faces import damping_of
 from rotor_contact.shaft.structure import FACE_PLACE, ROWS_OF_FACE, rows_of_faces, structure_of
 
 ENOUGH = math.log(20.0)  # of growth times its duration: a whirl of 5 % of the clearance then fills it
 MOST, STEPS = 1.0, 200  # largest friction coefficient considered, and coefficients tried up to it
+SHARE = 0.5  # of the growth of a motion, above which friction drives it
 ROUNDING = 1e-6  # of the fastest pole, below which a real part is that of a motion that neither grows nor decays
 
 
@@ -81,6 +90,17 @@ class StandingRotor:
         """Return the whirl at a friction coefficient, with `stiffer` times the stiffness of the face."""
         return FaceWhirl(self._growth(mu, stiffer), self._follows_after(mu))
 
+    @property
+    def drift(self) -> float:
+        """Growth (1/s) of the fastest motion that grows without friction, or 0 if none does."""
+        growing = _growing(_poles(self._on_face(0.0, 1.0)))
+        return float(growing.real.max(initial=0.0))
+
+    @property
+    def topples(self) -> bool:
+        """Whether the face is too soft or too small to hold the rotor upright if it does not spin."""
+        return 0.5 * self.stiffness * self.radius**2 + self.side * self.load * self.height < 0.0
+
     def least_driving(self, stiffer: float = 1.0) -> float:
         """Return the smallest friction coefficient that drives the whirl, or `MOST` if none up to `MOST` drives it."""
         tried = np.linspace(0.0, MOST, STEPS + 1)[1:]
@@ -94,6 +114,21 @@ class StandingRotor:
         return high
 
     def _growth(self, mu: float, stiffer: float) -> float:
+        A = self._on_face(mu, stiffer)
+        if not _growing(_poles(A)).size:
+            return 0.0
+        friction = A - self._on_face(0.0, stiffer)
+        poles, left, right = eig(A, left=True)
+        growths = [
+            float(poles[j].real)
+            for j in np.flatnonzero(np.isin(poles, _growing(poles)))
+            if (left[:, j].conj() @ friction @ right[:, j] / np.vdot(left[:, j], right[:, j])).real
+            > SHARE * poles[j].real
+        ]
+        return max(growths, default=0.0)
+
+    def _on_face(self, mu: float, stiffer: float) -> Array:
+        """Return the state matrix of the rotor on the face."""
         n, k, R = self.rows.shape[1], stiffer * self.stiffness, self.radius
         d = damping_of(self.restitution, k, self.mass)
         place, lean, by_force, by_moment = (self.rows[i : i + 2] for i in (0, 2, 4, 6))
@@ -104,15 +139,22 @@ class StandingRotor:
         A[n:, :n] += of_lean @ lean
         A[n:, n:] += (-d_t * by_moment.T - d_t * across) @ lean
         A[n:, n:] -= mu * self.load / (2.0 * abs(self.slip) * R) * by_force.T @ place
-        poles = np.linalg.eigvals(A)
-        growth = float(poles.real.max())
-        return growth if growth > ROUNDING * float(np.abs(poles).max()) else 0.0
+        return A
 
     def _follows_after(self, mu: float) -> float:
         torque = mu * self.load * self.radius - self.race_drag
         if not self.race_inertia or torque <= 0.0:
             return math.inf
         return self.race_inertia * abs(self.slip) / torque
+
+
+def _poles(A: Array) -> Complex:
+    return np.asarray(np.linalg.eigvals(A), dtype=complex)
+
+
+def _growing(poles: Complex) -> Complex:
+    """Return the poles of motions that grow."""
+    return poles[poles.real > ROUNDING * float(np.abs(poles).max())]
 
 
 def standing_rotor(source: LinearSource, face: int, Omega: float, load: float) -> StandingRotor:

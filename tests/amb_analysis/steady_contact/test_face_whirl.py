@@ -86,6 +86,26 @@ def test_the_least_friction_is_where_whirl_begins_to_grow_enough():
     assert followed.least_driving() > least
 
 
+def test_a_drift_by_cross_coupling_is_not_whirl_that_friction_drives():
+    """m z'' = i Q z grows with sqrt(Q/(2 m)), although nothing rubs."""
+    free, Q = rigid(restitution=0.5), 4700.0
+    A = free.A.copy()
+    A[4, 1], A[5, 0] = -Q / M, Q / M
+    coupled = replace(free, A=A)
+    assert free.drift == 0.0
+    assert coupled.drift == pytest.approx(np.sqrt(Q / (2.0 * M)), rel=1e-3)
+    assert not coupled.topples
+    assert coupled.whirl(0.0).growth == 0.0
+    assert coupled.least_driving() == pytest.approx(free.least_driving(), rel=0.05)
+
+
+def test_a_rotor_topples_on_a_face_softer_than_its_weight_needs():
+    """It stands upright above k = 2 N |h|/R^2, which is 85 kN/m."""
+    assert rigid(8e4, slip=1.0).topples
+    assert rigid(8e4, slip=1.0).drift > 1.0
+    assert not rigid(9e4, slip=1.0).topples
+
+
 def test_growth_of_a_flexible_rotor_is_that_of_its_simulation():
     source = source_of_run(prepare_run(load_scenario(str(PUMP / "landing.toml"))))
     found = standing_rotor(source, 0, OMEGA, M * G)

@@ -10,7 +10,7 @@ from amb_assessment.assessment.analyses import faults, landing, recovery, rest
 from amb_assessment.assessment.engine.assess import check_machine
 from amb_assessment.assessment.engine.findings import Judgement, judge
 from amb_assessment.assessment.format.criteria import load_criteria
-from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.format.machine_file import CompressorStage, load_machine
 from amb_assessment.assessment.page.description import description
 from amb_assessment.assessment.physics.runs import clearance_used, simulate, times_of, upright, without_power
 from amb_assessment.assessment.physics.whirl_friction import whirl_friction
@@ -146,6 +146,15 @@ def test_whirl_of_a_standing_rotor_rests_on_the_stiffness_of_its_face(pump):
     assert_names(least.note, "stiffness", "measured")
     (found,) = judge([least], load_criteria(["physics"]), {})
     assert found.verdict is Judgement.UNANSWERED
+
+
+def test_a_stage_moves_a_standing_rotor_without_friction(pump):
+    """Its cross coupling Q lets the rotor drift with about sqrt(Q/(2 m)); whirl still needs friction."""
+    stage = {"at": pump.rotor.bodies[0].name, "cross_coupling": "4.7 kN/m"}
+    coupled = check_machine(pump.file.model_copy(update={"stages": (CompressorStage.model_validate(stage),)}))
+    least = whirl_friction(coupled, 0.02)
+    assert least.value == pytest.approx(whirl_friction(pump, 0.02).value, rel=0.3)
+    assert_names(least.note, "without any friction", "stages", "1/s")
 
 
 @pytest.mark.parametrize("whirls", [False, True])

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from amb_analysis.linear.linear_source import source_of_run
-from amb_analysis.steady_contact.face_whirl import standing_rotor
+from amb_analysis.steady_contact.face_whirl import StandingRotor, standing_rotor
 from amb_analysis.steady_contact.swing import MOST, least_swinging_friction, whirl_forces
 from amb_analysis.steady_contact.unpowered import relative_receptances
 from amb_assessment.assessment.format.quantities import Quantity, declare
@@ -20,6 +20,7 @@ from amb_assessment.assessment.physics.lying_rotor import clearances, lying_on
 from amb_assessment.assessment.physics.stages import co_simulated
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_cosim.scenario.prepare_run import prepare_run
+from amb_cosim.scenario.scenario import Scenario
 from rotor_analysis.refinement import refined
 from rotor_analysis.rotor_file import load_rotor
 
@@ -46,8 +47,8 @@ def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
     standing = not subject.gravity_across and subject.falls_onto_a_face
     find = _least_friction_on_face if standing else _least_friction
     least: Quantity = subject.linear_components.cached("whirl friction", lambda: find(subject))
-    open_ended = ""
-    if standing and least.facts["stiffer"] < MARGIN * friction:
+    open_ended = least.may_worsen_because
+    if standing and not open_ended and least.facts["stiffer"] < MARGIN * friction:
         open_ended = (
             f"on a face {UNKNOWN:g} times as stiff, friction of {least.facts['stiffer']:.3g} or more drives whirl"
         )
@@ -61,12 +62,19 @@ def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
     """
     weight, tripping = subject.rotor.mass * abs(subject.file.axial_gravity), subject.file.speed.tripping
     faces = [k for k, face in enumerate(subject.rotor.faces) if face.stops == subject.fall]
-    linear_source = source_of_run(prepare_run(co_simulated(subject, subject.file.speed.highest)))
-    standing = {
-        f"{subject.rotor.faces[face].name}, {rpm(Omega):.0f} rpm": standing_rotor(linear_source, face, Omega, weight)
-        for face in faces
-        for Omega in np.linspace(tripping / SPEEDS, tripping, SPEEDS).tolist()
-    }
+    scenario = co_simulated(subject, subject.file.speed.highest)
+
+    def on_faces(scenario: Scenario) -> dict[str, StandingRotor]:
+        linear_source = source_of_run(prepare_run(scenario))
+        return {
+            f"{subject.rotor.faces[face].name}, {rpm(Omega):.0f} rpm": standing_rotor(
+                linear_source, face, Omega, weight
+            )
+            for face in faces
+            for Omega in np.linspace(tripping / SPEEDS, tripping, SPEEDS).tolist()
+        }
+
+    standing = on_faces(scenario)
     (value, where), (stiffer, _), (softer, _) = (
         min((rotor.least_driving(factor), name) for name, rotor in standing.items())
         for factor in (1.0, UNKNOWN, 1.0 / UNKNOWN)
@@ -77,7 +85,21 @@ def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
         f"of this stiffness, it is {softer:.3g}"
     )
     where += f" (least of {rpm(tripping / SPEEDS):.0f} rpm to {rpm(tripping):.0f} rpm)"
-    return Quantity("whirl_friction", where, value, "1", {"stiffer": stiffer}, note)
+    drift, may_worsen = max(rotor.drift for rotor in standing.values()), ""
+    if drift:
+        without_seals = replace(load_rotor(scenario.rotor), seals=())
+        free = on_faces(scenario.model_copy(update={"rotor": without_seals})).values()
+        growth = f"without any friction, the rotor drifts on its face with a growth of {drift:.3g} 1/s"
+        if any(rotor.topples for rotor in free):
+            may_worsen = f"{growth}, because the face is too soft or too small to hold it upright"
+        elif any(rotor.drift for rotor in free):
+            may_worsen = f"{growth}, because damping turns with its shaft"
+        else:
+            note += (
+                f"; {growth}, because of the coefficients of stages and seals, until it touches the bores of its "
+                "retainers; that is not counted as whirl"
+            )
+    return Quantity("whirl_friction", where, value, "1", {"stiffer": stiffer}, note, may_worsen)
 
 
 def _least_friction(subject: AssessedMachine) -> Quantity:
