@@ -83,6 +83,15 @@ class AxialControl(NamedTuple):
         late = np.exp(-1j * omega * self.sample_time * self.delay)
         return np.asarray(late * harmonic_response(self.law, omega, self.sample_time)[:, 0, 0])
 
+    @property
+    def reacts_after(self) -> float:
+        """Sample times after which a demand reacts to z: the delay, and samples that the law itself holds back."""
+        A, B, C, D = self.law.A, self.law.B, self.law.C, self.law.D
+        held, gain, reached = 0, D, B
+        while not np.any(gain) and held < len(A):
+            held, gain, reached = held + 1, C @ reached, A @ reached
+        return self.delay + held
+
     def differs_from(self, other: AxialControl) -> bool:
         """Return whether the sample times differ, or the responses have a relative difference above `ALIKE`."""
         hertz = np.geomspace(1e-4, 0.5, FREQUENCIES) / self.sample_time

@@ -9,7 +9,7 @@ import pytest
 
 from amb_actuator.eddy_currents import LAG
 from amb_actuator.interface import DYNAMIC, interface_of
-from amb_analysis.linear.axial_loop import AxialLoop, AxialPlant
+from amb_analysis.linear.axial_loop import AxialControl, AxialLoop, AxialPlant
 from amb_analysis.linear.components import frequency_response, zoh
 from amb_analysis.linear.rotor_and_magnets import actuator_component, bearing_slopes
 from amb_cosim.controllers.laws import Law, static
@@ -162,3 +162,10 @@ def test_magnets_with_eddy_currents_have_the_lag_of_the_axial_loop():
         assert of_current == pytest.approx(k_i * lag * omega_b / (s + omega_b), rel=1e-9)
         assert of_displacement == pytest.approx(k_s * lag, rel=1e-9)
         np.testing.assert_array_equal(frequency_response(magnets.law, s)[1], 0.0)
+
+
+def test_a_delay_within_the_law_counts_as_a_delay():
+    """A scenario's controller has its delay as a state of its law, and a thrust bearing's own file has it apart."""
+    A, B, C, one, none = (np.array([[x]]) for x in (0.0, 1.0, 1.0, 1.0, 0.0))
+    assert AxialControl(Law(A, B, C, none), 5e-5, 0.0).reacts_after == 1.0
+    assert AxialControl(Law(A, B, C, one), 5e-5, 1.5).reacts_after == 1.5

@@ -129,13 +129,13 @@ def _row(case: LoadCase) -> tuple[str, ...]:
 
 
 def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> tuple[str, ...]:
-    _, sample_time, delay = subject.axial_control
+    control = subject.axial_control
     low, high = bearing.thrusts
     thrust = f"{low:.4g} N" if low == high else f"{low:.4g} to {high:.4g} N"
     first = (
         f"The rotor is rigid along its axis; its mass is {subject.rotor.mass:.4g} kg. The thrust along z is {thrust}; "
-        f"the weight along z is {weight:.4g} N. The loop is sampled every {sample_time:g} s; the delay of the demands "
-        f"is {delay:g} sample times."
+        f"the weight along z is {weight:.4g} N. The loop is sampled every {control.sample_time:g} s; the delay "
+        f"of the demands is {control.reacts_after:g} sample times."
     )
     if bearing.corner is None:
         iron = "The iron is assumed to be laminated, without eddy currents. A solid disc always has them."
