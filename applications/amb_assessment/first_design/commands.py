@@ -135,7 +135,8 @@ def new(
     sizes = machine.sizes
     click.echo(
         f"magnets: {sizes.turns} turns on each pole, {1e4 * sizes.pole_area:.3g} cm2, gap {1e3 * sizes.gap:.3g} mm, "
-        f"bias {sizes.bias_current:.3g} A, at most {sizes.current_limit:.3g} A" + _comparison(magnet, machine.typical)
+        f"bias {sizes.bias_current:.3g} A, at most {sizes.current_limit:.3g} A"
+        + _comparison(magnet, machine.typical, machine.lying)
     )
     if magnet is not None:
         click.echo(_assumed(magnet))
@@ -250,12 +251,19 @@ def _lag(design: Design) -> str:
     )
 
 
-def _comparison(magnet: MagnetData | None, typical: MagnetData) -> str:
-    """Return text on the constants of a magnet sized for the rotor; it questions a very different data sheet."""
+def _comparison(magnet: MagnetData | None, typical: MagnetData, lying: MagnetData) -> str:
+    """Return text on the constants of a magnet sized for the rotor; it questions a very different data sheet.
+
+    The magnets of a tilted shaft carry less of the weight, but real ones are often as large as those of a lying one.
+    Therefore, no constants between those of the two are questioned.
+    """
     if magnet is None:
         return ""
     text = f"; a magnet sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"
-    ratio = max(magnet.k_i / typical.k_i, typical.k_i / magnet.k_i)
+    low, high = sorted((typical.k_i, lying.k_i))
+    if high > 1.01 * low:
+        text += f", or for a horizontal shaft K_s {lying.k_s:.4g} N/m, K_i {lying.k_i:.4g} N/A"
+    ratio = max(magnet.k_i / high, low / magnet.k_i)
     return (
         f"{text}; the values of K_i differ by a factor of {ratio:.2g}: is the data sheet for an axis or for a pole?"
         if ratio > APART

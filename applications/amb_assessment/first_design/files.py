@@ -36,8 +36,8 @@ FALL = "landing.toml"  # the base scenario of those with a drop
 class NewMachine:
     """A written machine: its folder, its sizes, the operating points by bearing, and the design of the controller.
 
-    typical
-        K_i and K_s of a magnet that is sized without a data sheet.
+    typical, lying
+        K_i and K_s of a magnet that is sized without a data sheet, for the tilt of the shaft and for a horizontal one.
     assumed
         Parts added to the rotor file: `bearings` (with retainers and sensors), `damping`, and `thrust_disc` (with
         faces).
@@ -47,6 +47,7 @@ class NewMachine:
     assumed: tuple[str, ...]
     sizes: MachineSizes
     typical: MagnetData
+    lying: MagnetData
     points: dict[str, OperatingPoint]
     design: Design
 
@@ -156,8 +157,8 @@ def new_machine(
     create_atomically(folder, lambda draft: [(draft / file).write_text(t, "utf-8") for file, t in files.items()])
     assumed = {"bearings": not drawn.bearings, "damping": not has_damping, "thrust_disc": bool(axial)}
     parts = tuple(part for part, is_assumed in assumed.items() if is_assumed)
-    typical = machine_sizes(supported, speed, gap=gap, tilt=tilt).magnet
-    return NewMachine(folder, parts, sizes, typical, points, design)
+    typical, lying = (machine_sizes(supported, speed, gap=gap, tilt=angle).magnet for angle in (tilt, 0.0))
+    return NewMachine(folder, parts, sizes, typical, lying, points, design)
 
 
 def _rotor_of(text: str, name: str) -> Rotor:

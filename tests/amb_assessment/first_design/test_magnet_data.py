@@ -8,6 +8,7 @@ import tomli_w
 from strange_machine import DRAWING
 
 import amb_cosim
+from amb_assessment.first_design.commands import _comparison
 from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.levitation import operating_points
 from amb_assessment.first_design.rotor_text import plain_shaft, supports
@@ -118,3 +119,11 @@ def test_a_rotor_without_retainers_levitates_and_has_no_landing(bench):
 def test_a_magnet_that_cannot_carry_the_weight_is_refused():
     with pytest.raises(ValueError, match=r"K_i = 1 N/A is not allowed; it must be > .* to carry 2"):
         points_of((1.0, 1e4))
+
+
+def test_magnets_as_large_as_for_a_lying_shaft_are_not_questioned():
+    """A standing shaft loads its radial magnets only with unbalance, yet they are often as large."""
+    standing, lying = MagnetData(33.7, 3.0e5), MagnetData(75.4, 6.7e5)
+    assert "?" not in _comparison(MagnetData(93.3, 6.22e5), standing, lying)
+    assert "?" in _comparison(MagnetData(93.3, 6.22e5), standing, standing)
+    assert "?" in _comparison(MagnetData(10.0, 6.22e5), standing, lying)
