@@ -63,13 +63,10 @@ def test_a_face_is_a_place_to_land_on(pump):
 
 
 def test_heat_on_a_face_warms_the_retainer_below_it_further(pump):
-    """The face and the retainer have three quarters of the heat so far, and so 90 J of the 120 J to come."""
-    heats = {"seat": (40.0, 310.0), "catch_lower": (20.0, 310.0), "catch_upper": (20.0, 300.0)}
-    touchdown = SimpleNamespace(retainers={k: SimpleNamespace(heat=q, temperature=T) for k, (q, T) in heats.items()})
-    capacities = {f"catch_{end}.heat_capacity": 20.0 for end in ("lower", "upper")}
-    subject = SimpleNamespace(rotor=pump.rotor, parameters={PLANT: capacities})
-    found = [rest._at_most(subject, touchdown, site, 120.0) for site in heats]
-    assert found == pytest.approx([314.5, 314.5, 301.5])
+    heats = {"seat": [0.0, 5.0, 45.0], "catch_lower": [0.0, 10.0, 30.0], "catch_upper": [0.0, 0.0, 20.0]}
+    signals = {f"{PLANT}.{site}.heat": SimpleNamespace(values=values) for site, values in heats.items()}
+    found = rest._recent_heats(pump, SimpleNamespace(signals=signals), heats)
+    assert found == {"catch_lower": 60.0, "catch_upper": 20.0}
 
 
 def test_the_clearance_along_the_shaft_is_used_up_by_a_fall(pump):

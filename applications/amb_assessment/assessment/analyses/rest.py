@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -306,16 +306,21 @@ def _race_energy(parameters: Mapping[str, Any], run: Result, site: str) -> float
     return 0.5 * inertia * float(run.signals[name].values[-1]) ** 2 if inertia and name in run.signals else 0.0
 
 
+def _recent_heats(subject: AssessedMachine, run: Result, sites: Iterable[str]) -> dict[str, float]:
+    """Return the heat (J) of the second half of a run, by the retainer that it warms; a face warms its retainer."""
+    recent: dict[str, float] = {}
+    for site in sites:
+        place, heats = _warmed(subject, site), run.signals[f"{PLANT}.{site}.heat"].values
+        recent[place] = recent.get(place, 0.0) + float(heats[-1] - heats[len(heats) // 2])
+    return recent
+
+
 def _temperature(subject: AssessedMachine, run: Result, touchdown: Touchdown, coasting: CoastDown) -> Quantity:
     """Return the largest temperature of a retainer until standstill; an upper bound if it transfers no heat.
 
     The retainers share the heat as in the second half of the run.
     """
-    p, places = subject.parameters[PLANT], dict.fromkeys(_warmed(subject, site) for site in touchdown.retainers)
-    recent = {}
-    for place in places:
-        heats = run.signals[f"{PLANT}.{place}.heat"].values
-        recent[place] = float(heats[-1] - heats[len(heats) // 2])
+    p, recent = subject.parameters[PLANT], _recent_heats(subject, run, touchdown.retainers)
     total, hottest = sum(recent.values()), dict[str, float]()
     for place, warmed in recent.items():
         if capacity := p.get(f"{place}.heat_capacity"):
