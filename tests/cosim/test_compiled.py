@@ -312,7 +312,7 @@ def test_slow_steps_end_their_block(monkeypatch):
 
 
 def test_a_slow_component_cannot_start_between_its_points():
-    with raises_naming(ValueError, "b", "4 points", "-3"):
+    with raises_naming(ValueError, "b", "4 communication points", "-3"):
         compiled.run(ticking(every=(1, 4, 1)), -3, 0, [], Recorder([4], 0))
 
 

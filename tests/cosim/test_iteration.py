@@ -154,7 +154,7 @@ def test_a_step_that_does_not_converge_fails_and_names_the_source():
 def test_a_component_with_a_slower_rate_cannot_be_iterated():
     lags, wiring = pair()
     lags[1].every = 2
-    with raises_naming(ValueError, "b", "2 points", "iterative"):
+    with raises_naming(ValueError, "b", "2 communication points", "iterative"):
         end(lags, wiring, steps=10)
 
 

@@ -138,7 +138,7 @@ def test_a_slow_component_publishes_after_its_interval_under_jacobi(every, publi
 def test_a_slow_component_steps_at_multiples_of_its_interval_only():
     slow = Block("slow", every=4)
     master = Master([slow], closed_chain("slow"), 0.5)
-    with raises_naming(ValueError, "slow", "4 points", "-3"):
+    with raises_naming(ValueError, "slow", "4 communication points", "-3"):
         master.run(-3, 0)
     assert slow.trace == []
     master.run(-8, 0)
@@ -190,7 +190,7 @@ def test_exogenous_inputs_reach_the_components_during_initialisation():
 def test_outputs_that_do_not_settle_are_reported_with_their_loop():
     blocks = [Block(name, output=lambda x, u: 1.0 - 0.5 * u[0]) for name in ("a.y", "b.y")]
     wiring = SignalMap(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((1,), (0,)))
-    with pytest.raises(StartFailed, match=r"algebraic loop (a\.y -> b\.y -> a\.y|b\.y -> a\.y -> b\.y)"):
+    with pytest.raises(StartFailed, match=r"algebraic loop is (a\.y -> b\.y -> a\.y|b\.y -> a\.y -> b\.y)"):
         Master(blocks, wiring, 0.1).initialise()
     restless = Block("a.y", output=lambda x, u: u[0] + 1.0)
     with raises_naming(StartFailed, "settle", "initialisation", "no loop"):

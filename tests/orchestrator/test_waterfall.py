@@ -57,7 +57,7 @@ def test_the_lobe_of_a_vibration_near_the_spin_is_not_a_second_one(make, frequen
     spectra = studies.waterfall(run, window=0.25)
     result = spectra.bearings["mb1"]
     assert (result.other_amplitude, result.other_frequency) == pytest.approx((5e-6, -27.0), rel=0.05)
-    assert "8 Hz from the spin" in str(spectra)
+    assert "8 Hz of the spin" in str(spectra)
 
 
 def cases_of_a_tone():

@@ -114,7 +114,7 @@ def test_frequencies_alone_fit_a_stiffness():
     [
         ([], ("parameter", "bounds")),
         (["bodies.turbine.mass"], ("NAME=LOWEST:HIGHEST",)),
-        (["bodies.turbine.mass=2:1"], ("finite", "ascend")),
+        (["bodies.turbine.mass=2:1"], ("finite", "ascending")),
         (["bodies.turbine.mass=a:1"], ("bound in free",)),
         (["bodies.turbin.mass=1:2"], ("'turbin'",)),
         (["bodies.turbine.colour=1:2"], ("'colour'",)),

@@ -177,7 +177,7 @@ def with_a_singular_receptance(text):
         (edit("real = [\n  [", "real = [\n  [1.0, "), ("rows of equal length",)),
         (edit("real = [\n  [", "real = [\n  ['x', "), ("rows of equal length",)),
         (edit("imaginary", "imag"), ("receptance[0].imaginary",)),
-        (edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]"), ("both", "neither")),
+        (edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]"), ("inner_real", "inner_imaginary", "together")),
         (
             edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]\ninner_imaginary = [[1.0]]"),
             ("receptance[0]", "inner_real", "1 rows of 1 numbers", "4 rows of 8 numbers"),
