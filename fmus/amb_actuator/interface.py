@@ -85,7 +85,7 @@ def _magnet(declare: Declare, k_s: float, k_i: float, half_angle: float, static:
         declare(
             "permanent_bias",
             "A",
-            "Part of bias_current that permanent magnets provide: it is no coil current, and stays without power, {}",
+            "Part of bias_current that permanent magnets replace; no coil carries it, and it remains without power, {}",
             0.0,
             minimum=0.0,
             maximum=1e4,

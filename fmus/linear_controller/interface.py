@@ -142,7 +142,7 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
             type="Boolean",
             depends_on=(*reached, *forward),
             initially_depends_on=None,
-            warning="a demand is at its limit, which is its lower or upper, or the range of the DAC",
+            warning="a demand is at its lower or upper limit, or at the end of the range of the DAC",
         ),
         output(
             "adc_limited",

@@ -127,7 +127,7 @@ class Wiring:
         Position of the source for each input of the parts, part by part. The inputs of the assembly are counted first,
         then its outputs: the outputs of all parts in order, without fault codes.
     ramps
-        Pairs of positions: an input of the assembly, and the input with its slope over a step.
+        Pairs of positions: an input of the assembly, and the input that contains the slope of the first over a step.
     gathered
         Outputs that describe a whole step, each with an index in `GATHERED`. The index selects the rule that combines
         the values if the step is divided.

@@ -64,7 +64,7 @@ def moved_along(z: float, speed: float, acceleration: float, w: float, t: float)
 
 @kernel
 def responses(w: float, c: float, t: float) -> tuple[float, float, float, float]:
-    """Return S', S (s), C_2 (s^2) and its integral (s^3) of (2) after a time t (s)."""
+    """Return the functions of (2) after a time t (s): S', S (s), C_2 (s^2) and the integral of C_2 (s^3)."""
     if abs(w) * t * t + c * t < SHORT:
         before, term = 0.0, 1.0  # coefficients of t^(k - 1) in S, times t^(k - 2)
         rate, S, C_2, C_3 = 1.0, 1.0, 0.5, 1.0 / 6.0

@@ -26,7 +26,7 @@ def face_parameters(of: Face) -> list[Variable]:
         parameter(
             f"{face}.stiffness",
             "N/m",
-            f"Stiffness along the shaft of ring and seat {at}",
+            f"Stiffness of ring and seat {at}, in the direction of the shaft",
             STIFFNESS,
             minimum=1e3,
             maximum=1e12,

@@ -298,7 +298,7 @@ def _check_alike(laws: Mapping[float, Law]) -> None:
         if law.D.shape != first.D.shape:
             raise ValueError(
                 f"D of shape {first.D.shape} at {speed:g} rad/s and {law.D.shape} at {other:g} rad/s is not allowed; "
-                "laws must have the same signals and demands"
+                "the laws at all speeds must have the same signals and demands"
             )
 
 

@@ -1,4 +1,4 @@
-"""Contact forces over retained modes, mesh, substep and communication step."""
+"""Contact forces with other numbers of modes, other meshes, substeps and communication steps."""
 
 from __future__ import annotations
 

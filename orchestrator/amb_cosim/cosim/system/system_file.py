@@ -217,7 +217,7 @@ def _without_component(system: System, name: str) -> System:
 
 
 def _without_source(system: System, component: str, pattern: str) -> System:
-    """Return a system without sources of the inputs that match a pattern; other patterns then exclude these inputs.
+    """Return a system in which the inputs that match a pattern have no source, and other patterns do not connect them.
 
     Raises
     ------
