@@ -8,8 +8,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from amb_assessment.assessment.analyses import rest
-from amb_assessment.assessment.analyses.rest import Outlook, coast_down, temperatures
+from amb_assessment.assessment.analyses.rest import Outlook
 from amb_assessment.assessment.engine.assess import assess
+from amb_assessment.assessment.physics.coast_down import coast_down, temperatures
 
 TIMES = np.linspace(0.0, 1.0, 201)
 J = 0.5  # kg m^2
