@@ -189,6 +189,14 @@ def test_suggestions_name_close_matches_or_all_options():
     assert suggest("zzz", [str(k) for k in range(20)]).endswith("and 8 more")
 
 
+def test_suggestions_of_many_names_are_the_nearest_in_any_case():
+    """The first dozen has nothing in common with the name; another one has, though it is not close."""
+    many = [*(f"q{k}" for k in range(20)), "rb1.friction_power", "rb1.mu", "rb1.restitution"]
+    assert_names(suggest("friction_coefficient", many), "there are rb1.friction_power", "and 11 more")
+    assert_names(suggest("RB1.MU", many), "did you mean rb1.mu")
+    assert_names(suggest("rb1.bounce_restitution", ["rb1.x", "rb1.y", *many]), "did you mean rb1.restitution")
+
+
 @pytest.mark.parametrize("has_library", [True, False])
 def test_answers_of_a_saved_state_are_those_of_single_steps(cache, monkeypatch, has_library):
     """Beyond the air gap a step fails, and its error is raised."""
