@@ -40,6 +40,7 @@ LABELS = {
     "rolling": "rolling (1) or not (0)",
     "outcome": "outcome",
 }
+BOUNDARY = {"recovered": "recovered or prevented"}  # in words
 EITHER = {"rolling": {"does not roll": SKY_BLUE, "rolls": ORANGE}}  # colours of 0 and 1 of a metric with two values
 UNITS = {  # function of the display unit, and unit of the store (SI)
     "averaged_contact_force": (force_unit, 1.0),
@@ -212,7 +213,7 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
     """Draw a map's boundary (refined points, or a line half-way between grid points) and return its legend entry."""
     if len(across) < 2 or SAMPLE in dataset.dims or swept.boundary not in dataset:
         return None
-    label = f"boundary ({swept.boundary.replace('_', ' ')})"
+    label = f"boundary ({BOUNDARY.get(swept.boundary, swept.boundary)})"
     group = boundary_group(swept.boundary)
     if (swept.folder / STORE / group).is_dir():
         points = with_speeds_shown(open_sweep(swept.folder, group), swept.dataset)
@@ -224,7 +225,7 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
         (line,) = ax.plot(x, y, "w.", ms=4.0, mec="k", mew=0.4, label=f"{label}, refined")
         return line
     values = dataset[swept.boundary].transpose(across[1], across[0]).values
-    if values.shape[0] > 1 and values.shape[1] > 1 and np.nanmin(values) < np.nanmax(values):
+    if min(values.shape) > 1 and len(np.unique(values[~np.isnan(values)])) > 1:
         drawn = ax.contour(dataset[across[0]], dataset[across[1]], values, [0.5], colors="w", linewidths=1.2)
         drawn.set_path_effects(OUTLINE)
         return Line2D([], [], color="w", lw=1.2, path_effects=OUTLINE, label=f"{label}, between grid points")

@@ -14,7 +14,10 @@ from amb_cosim.results.places import RotorPlaces, places
 
 KEY_VALUES = {  # unit and, unless the name says it, description
     "contact": ("1", "1 if the rotor touched at any time from cycle 0 on"),
-    "recovered": ("1", "1 if the rotor is stable and free of contact for the last five cycles"),
+    "recovered": (
+        "1",
+        "1 if stable and free of contact for the last five cycles; NaN: neither disturbance nor contact",
+    ),
     "rolling": ("1", "1 if the rotor rolled on a site through a full whirl revolution or more"),
     "contact_share": ("1", "Fraction of time in contact, from disturbance to relief"),
     "averaged_contact_force": ("N", ""),
@@ -37,9 +40,10 @@ def needed(places: RotorPlaces) -> tuple[str, ...]:
 def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     """Return the outcome of a run, and its key values from cycle 0 on, with NaN for missing values.
 
-    `contact`, `recovered` and `rolling` are 1 or 0. `contact_share` is the fraction of the time between disturbance and
-    relief during which any site is in contact. Values of a site or bearing have its name as a suffix, as in
-    `peak_contact_force.seal`; a value without a suffix is the largest of all sites or bearings.
+    `contact`, `recovered` and `rolling` are 1 or 0. As in a `Summary`, `recovered` is 1 also if contact was prevented,
+    and missing for a run with neither a disturbance nor contact. `contact_share` is the fraction of the time between
+    disturbance and relief during which any site is in contact. Values of a site or bearing have its name as a suffix,
+    as in `peak_contact_force.seal`; a value without a suffix is the largest of all sites or bearings.
     """
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
@@ -47,7 +51,7 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     sites = places(signals).contacts
     values = {
         "contact": _nan(None if free is None else last is not None),
-        "recovered": _nan(free),
+        "recovered": _nan(None if last is None and recovery is None else free),
         "rolling": float(rolls is not None),
         "contact_share": _nan(contact_history.share_in_contact(signals)),
         "rolling_from": _nan(rolls),

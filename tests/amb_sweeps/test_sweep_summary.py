@@ -139,6 +139,16 @@ def test_a_map_has_speeds_in_rpm_whatever_the_unit_of_their_range(speeds, tmp_pa
     assert swept.dataset["Omega"].attrs["units"] == speeds.split(":")[1].split()[1]
 
 
+def test_a_map_has_no_boundary_next_to_points_without_contact(tmp_path):
+    """Without a disturbance they neither recovered nor failed to; a boundary needs points of both kinds."""
+    vary = {"a.x": "0:1:2", "a.y": "0:1:2"}
+    for ends, drawn in (((np.nan, np.nan), 0), ((np.nan, 1.0), 0), ((0.0, 1.0), 1)):
+        folder = tmp_path / f"{ends[0]}_{ends[1]}"
+        swept = filled(folder, vary, lambda s, ends=ends: {"recovered": ends[int(s["a.x"])]})
+        legends = draw_map(swept, swept.dataset, "outcome").legends
+        assert sum("boundary" in text.get_text() for legend in legends for text in legend.texts) == drawn
+
+
 def test_the_refined_boundary_is_where_the_map_has_it(tmp_path):
     """Its points are stored without units."""
     vary = {"Omega": "10 Hz:20 Hz:3", "a.x": "0:1:3"}

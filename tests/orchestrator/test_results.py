@@ -405,6 +405,16 @@ def test_share_in_contact_counts_bushes_too(synthetic):
     assert evaluate(dataset)[1]["contact_share"] == pytest.approx(0.5)
 
 
+def test_a_point_of_a_sweep_without_contact_has_not_recovered(synthetic, without):
+    """The retainers touch until cycle 7.5, at which this record begins; its disturbance may have prevented contact."""
+    quiet = synthetic()
+    quiet = quiet.assign_coords(cycle=quiet["cycle"] - 13.0)
+    for dataset, ended in ((quiet, "prevented"), (without(quiet, "disturbance_cycle", "disturbance_label"), None)):
+        recovery, values = evaluate(dataset)
+        assert (recovery, values["contact"]) == (ended, 0.0)
+        np.testing.assert_equal(values["recovered"], np.nan if ended is None else 1.0)
+
+
 def test_a_sweep_has_the_forces_and_contacts_of_faces(synthetic):
     """A face touches until the end with 9 kN, more than any retainer."""
     faced = replace(PLACES, faces={"seat": "rb1"})
