@@ -41,6 +41,7 @@ VALUES = {  # unit and description
     **KEY_VALUES,
     "outcome": ("", f"{', '.join(filter(None, COLOURS))}; empty: not run yet"),
     "reason": ("", "Why a run failed or stopped"),
+    "late_events": ("1", "Number of events without effect, because the run ends before them; NaN: none"),
     "seconds": ("s", "Wall-clock time of the run"),
     "shared": ("", "Fraction of the steps of the run that were restored from another point"),
 }

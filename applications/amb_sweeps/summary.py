@@ -35,6 +35,7 @@ def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, bound
     lines = [_alternative_line(panel.title, dataset.isel(panel.at)) for panel in parts]
     return [
         *lines,
+        *_late_event_lines(dataset),
         *_branching_lines(dataset),
         *_boundary_lines(folder, design, boundary),
         *_sensitivity_lines(design, dataset),
@@ -65,6 +66,14 @@ def _force(part: xr.Dataset, metric: str, words: str) -> str:
     where = [value_text(str(name), point[name].item(), point[name].attrs.get("units", "")) for name in numbers]
     qualification = ", unknown for aborted runs," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
     return f"; {words}{qualification} up to {force_unit(largest).text(largest)}{at_site}, with {', '.join(where)}"
+
+
+def _late_event_lines(dataset: xr.Dataset) -> list[str]:
+    """Return a line on the runs that end before an event of their scenario, if any."""
+    count = int(dataset["late_events"].notnull().sum()) if "late_events" in dataset else 0
+    if not count:
+        return []
+    return [f"{count} of {dataset['outcome'].size} runs end before an event, which has no effect there (late_events)"]
 
 
 def _branching_lines(dataset: xr.Dataset) -> list[str]:

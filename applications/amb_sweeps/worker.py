@@ -18,7 +18,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import bare_signals, make_result
-from amb_cosim.scenario.plan import ScenarioPlan, ScenarioStart, scenario_plan, start_of
+from amb_cosim.scenario.plan import ScenarioPlan, ScenarioStart, late_changes, scenario_plan, start_of
 from amb_cosim.scenario.prepare_run import assemble_scenario
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.scenario.scenario_tables import Event
@@ -130,6 +130,8 @@ class Runner:
             outcome, reason = ("failed", error_text) if error_text else (outcome, reason)
         if self.task.labels and values:
             values["shared"] = 0.0 if start is None else (start.point - plan.begin) / (plan.last - plan.begin)
+        if values and (late := late_changes(plan.scenario, self.task.until, plan.period)):
+            values["late_events"] = float(len(late))
         is_recorded = "all" in self.task.keep or outcome in self.task.keep
         record = _netcdf(make_result(plan, recording)) if is_recorded else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)

@@ -72,6 +72,15 @@ def test_a_summary_counts_outcomes_shared_steps_and_reasons(tmp_path):
     ]
 
 
+def test_a_summary_counts_the_runs_that_end_before_an_event(tmp_path):
+    def metrics(settings):
+        return {"late_events": 2.0} if settings["a.x"] < 3.0 else {"contact": 0.0}
+
+    _, line = filled(tmp_path / "late", {"a.x": "1:4:4"}, metrics).summary.splitlines()
+    assert_names(line, "2 of 4", "event", "no effect")
+    assert len(filled(tmp_path / "none", {"a.x": "3:4:2"}, metrics).summary.splitlines()) == 1
+
+
 def test_a_summary_compares_the_boundary_with_a_grid_as_fine(tmp_path):
     swept = filled(tmp_path, {"control": CONTROLS, "a.x": "0:1:5"}, lambda s: {"recovered": float(s["a.x"] < 0.3)})
     refinement = Refinement(swept.design, swept.dataset, 0.01, "recovered")

@@ -103,6 +103,14 @@ def test_a_point_has_the_key_values_of_the_summary():
     runner.close()
 
 
+def test_a_point_counts_the_events_after_its_end():
+    """The events are in cycles 5 and 10, or 1 and 10; the run ends in cycle 2.5."""
+    runner = Runner(Task(SCENARIO, until=UNTIL))
+    late = [runner.run(0, settings).metrics.get("late_events") for settings in ({}, {"step.cycle": 1})]
+    runner.close()
+    assert late == [2.0, 1.0]
+
+
 def test_an_fmu_that_is_a_file_runs_in_the_process_of_the_sweep(monkeypatch):
     file = str(prepare_run(SCENARIO).fmus["rolac_controller"].path)
     monkeypatch.setattr("amb_cosim.cosim.run.execution.run_isolated", None)

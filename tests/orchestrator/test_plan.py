@@ -262,18 +262,22 @@ def test_a_pattern_sets_all_that_match():
 
 def test_end_is_a_whole_number_of_steps():
     for until in (0.1, "0.1", "100 ms", "100000 us"):
-        assert (plan(until=until).last, plan(until=until).notices) == (400, ())
-    rounded = plan(until=0.1001)
+        prepared = plan(until=until, scenario=NO_EVENTS)
+        assert (prepared.last, prepared.notices) == (400, ())
+    rounded = plan(until=0.1001, scenario=NO_EVENTS)
     assert rounded.last == 400
     (notice,) = rounded.notices
     assert_names(notice, "until", "0.1001 s", "0.00025 s", "0.1 s")
 
 
-def test_an_event_after_the_end_of_its_scenario_is_noticed():
-    assert plan().notices == plan(until=0.1).notices == ()
-    late = plan(scenario=SCENARIO.replace("cycle = 5", "cycle = 50"))
-    (notice,) = late.notices
+def test_an_event_after_the_end_of_the_run_is_noticed():
+    """Cycle 5 is at 0.314 s."""
+    assert plan().notices == plan(until=0.5).notices == ()
+    (notice,) = plan(scenario=SCENARIO.replace("cycle = 5", "cycle = 50")).notices
     assert_names(notice, "event step", "cycle 50", "cycle 10", "3.14159 s", "0.628319 s")
+    unnamed, named = plan(until=0.3).notices
+    assert_names(unnamed, "event that sets rotor", "0.4 s", "0.3 s")
+    assert_names(named, "event step", "cycle 5", "0.314159 s", "0.3 s")
 
 
 def test_an_event_sets_a_tunable_parameter_of_the_component():

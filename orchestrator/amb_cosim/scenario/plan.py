@@ -117,8 +117,12 @@ def _experiment(
     coupling = scenario.coupling or assembly.system.coupling
     period, h = cycle_period(values.inputs[SPEED]), scenario.step_size(coupling)
     end, notices = _end(scenario, until, period, h)
-    if until is None:
-        notices += _events_after(scenario, scenario.end(period), period)
+    asked = _asked_end(scenario, until, period)
+    notices += tuple(
+        f"{change.described} at {time:.6g} s (cycle {time / period:.4g}) has no effect: the run ends at {asked:.6g} s "
+        f"(cycle {asked / period:.4g})"
+        for change, time in late_changes(scenario, until, period)
+    )
     with errors_in(f"scenario {scenario.name}"):
         changes: list[InputChange] = []
         for number, event in enumerate(scenario.event, 1):
@@ -163,16 +167,17 @@ def _end(scenario: Scenario, until: Raw | None, period: float, h: float) -> tupl
     return n * h, (f"{deviation}; the run ends at {n * h:.9g} s",)
 
 
-def _events_after(scenario: Scenario, end: float, period: float) -> tuple[str, ...]:
-    """Return a notice for each event of a scenario that is not before the end (s) of the run."""
+def late_changes(scenario: Scenario, until: Raw | None, period: float) -> list[tuple[Event | InputProfile, float]]:
+    """Return the events of a scenario that are not before the end of the run, with their times (s)."""
+    end = _asked_end(scenario, until, period)
     unnamed = tuple(event for event in scenario.event if not event.name)
     changes: tuple[Event | InputProfile, ...] = (*unnamed, *scenario.named_changes)
-    late = [(change.described, time) for change in changes if (time := change.moment(period)) >= end]
-    return tuple(
-        f"{described} at {time:.6g} s (cycle {time / period:.4g}) has no effect: the run ends at {end:.6g} s (cycle "
-        f"{end / period:.4g})"
-        for described, time in late
-    )
+    return [(change, time) for change in changes if (time := change.moment(period)) >= end]
+
+
+def _asked_end(scenario: Scenario, until: Raw | None, period: float) -> float:
+    """Return the end of a run (s) before it is rounded to whole steps."""
+    return scenario.end(period) if until is None else quantity(until, "s", "until")
 
 
 def _release(
