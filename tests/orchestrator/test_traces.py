@@ -28,11 +28,28 @@ def result(synthetic) -> Result:
 def test_variables_of_a_unit_share_a_panel(result):
     figure = result.plot("mb1.x", "mb1.y", "rb?.f_n", "contact_state")
     displacement, force, state = figure.axes
-    assert (displacement.get_ylabel(), force.get_ylabel(), state.get_ylabel()) == ("mm", "kN", "")
+    assert (displacement.get_ylabel(), force.get_ylabel()) == ("mm", "kN")
     assert [line.get_label() for line in displacement.lines[:2]] == ["mb1.x", "mb1.y"]
     assert np.nanmax(displacement.lines[0].get_ydata()) == pytest.approx(0.5)
     assert np.nanmax(force.lines[0].get_ydata()) == pytest.approx(1.2345)
     assert state.get_title("left").startswith("rotor_contact.contact_state: contact_state")
+
+
+def test_values_with_names_have_ticks_with_these_names_and_numbers_a_label(result):
+    """Enumerations with the same names share a panel; Booleans and numbers have others."""
+    result.dataset["rotor_contact.rb1.mode"].attrs |= {
+        "flag_values": [0, 1, 2],
+        "flag_meanings": "free sliding rolling",
+    }
+    result.dataset["rotor_contact.rb2.mode"].attrs |= result.dataset["rotor_contact.rb1.mode"].attrs
+    samples = result.dataset.sizes["time"]
+    result.dataset["rotor_contact.rb1.passed"] = ("time", np.zeros(samples, np.int8), {"units": "1"})
+    result.dataset["rotor_contact.rb1.number"] = ("time", np.ones(samples, np.int32), {"units": "1"})
+    figure = result.plot("rb?.mode", "rb1.passed", "contact_state", "rb1.number")
+    ticks = [[text.get_text() for text in panel.get_yticklabels()] for panel in figure.axes]
+    assert ticks[:3] == [["free", "sliding", "rolling"], ["false", "true"], ["none", "RB1", "RB2", "both"]]
+    assert len(figure.axes[0].lines[:2]) == 2
+    assert [panel.get_ylabel() for panel in figure.axes] == ["", "", "", "dimensionless"]
 
 
 def test_a_panel_of_several_variables_says_what_they_have_in_common(result):

@@ -83,9 +83,8 @@ def signal(dataset: Signals, name: str) -> NDArray[Any] | None:
     return np.asarray(dataset[label].values) if label in dataset else None
 
 
-def flags(dataset: Signals, name: str) -> dict[int, str] | None:
-    """Return the names of the values of a plant variable; None if it was not recorded, or its values have no names."""
-    label = f"{PLANT}.{name}"
+def flags(dataset: Signals, label: str) -> dict[int, str] | None:
+    """Return the names of the values of a variable; None if it was not recorded, or its values have no names."""
     attributes = dataset[label].attrs if label in dataset else {}
     if "flag_meanings" not in attributes:
         return None
@@ -99,7 +98,7 @@ def shares_of_steps(dataset: Signals) -> dict[str, float] | None:
     The methods have the names of the plant's output `solver.method`. The result is None if this output was not
     recorded, or cycle 0 was not reached.
     """
-    names, dataset = flags(dataset, "solver.method"), at_every_step(dataset)
+    names, dataset = flags(dataset, f"{PLANT}.solver.method"), at_every_step(dataset)
     methods = signal(dataset, "solver.method")
     if methods is None or names is None or not (cycles(dataset) >= 0.0).any():
         return None

@@ -1,4 +1,4 @@
-"""Figure of any variables of a run over time, one panel per unit."""
+"""Figure of any variables of a run over time, one panel per unit or set of named values."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import common_words
 from amb_cosim.presentation.style import COLOURS, StyledFigure, fitted, write_title
 from amb_cosim.presentation.units import QUANTITIES, ShownUnit, force_unit, length_unit, speed_unit
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
     add_title,
     label_time_axis,
@@ -20,23 +23,27 @@ from amb_cosim.results.plots.axes import (
     title_padding,
 )
 from amb_cosim.results.selection import Selection
-from amb_cosim.results.signal_arrays import LARGEST, finite_signals
+from amb_cosim.results.signal_arrays import LARGEST, finite_signals, flags
 from array_types import Array
 
 MOST_NAMED = 8  # curves of a panel that its legend names
+MARGIN = 0.3  # of a panel with named values, below the first and above the last
+CONTACT_STATE, PLACES = f"{PLANT}.contact_state", "places"  # a variable, and the attribute that names its values
+Scale = tuple[str, tuple[tuple[int, str], ...]]  # unit, and values with their names; none if they have no names
 
 
 def traces(selection: Selection) -> Figure:
     """Draw variables over cycles, or over time if the speed changes, in one panel with named curves for each unit.
 
-    Variables of a system without a scenario, which has no cycles, are drawn over time.
+    Enumerations have a panel for each set of names, which are its ticks, and Booleans share a panel. Variables of a
+    system without a scenario, which has no cycles, are drawn over time.
     """
-    dataset, panels_of = finite_signals(selection.dataset)[0], _by_unit(selection)
+    dataset, panels_of = finite_signals(selection.dataset)[0], _by_scale(selection)
     figure = StyledFigure(figsize=(7.6, 1.0 + 2.2 * len(panels_of)), layout="constrained")
     panels = figure.subplots(len(panels_of), 1, sharex=True, squeeze=False)[:, 0]
     has_cycles = "scenario" in dataset.attrs
     times = time_values(dataset)[selection.within] if has_cycles else selection.values("time")
-    for panel, (unit, names) in zip(panels, panels_of.items(), strict=True):
+    for panel, ((unit, values), names) in zip(panels, panels_of.items(), strict=True):
         curves = [_drawn(selection.values(name)) for name in names]
         display_unit = _display_unit(unit, max(float(np.nanmax(np.abs(curve), initial=0.0)) for curve in curves))
         for name, curve, colour in zip(names, curves, cycle(COLOURS), strict=False):
@@ -45,7 +52,11 @@ def traces(selection: Selection) -> Figure:
         panel.set_title(fitted(_heading(selection, names), 6.4), loc="left", pad=padding)
         if not np.isfinite(curves).any():
             panel.text(0.5, 0.5, "no finite value", transform=panel.transAxes, ha="center", fontsize=8, color="0.3")
-        panel.set_ylabel("" if unit == "1" else display_unit.label)
+        if values:
+            panel.set_yticks([number for number, _ in values], [word for _, word in values])
+            panel.set_ylim(values[0][0] - MARGIN, values[-1][0] + MARGIN)
+        else:
+            panel.set_ylabel("dimensionless" if unit == "1" else display_unit.label)
         _name_curves(panel, len(names))
     if has_cycles:
         label_time_axis(panels[-1], dataset)
@@ -67,12 +78,21 @@ def _drawn(values: Array) -> Array:
     return np.where(np.abs(values) <= LARGEST, values, np.nan)
 
 
-def _by_unit(selection: Selection) -> dict[str, list[str]]:
-    """Return the names of the variables, grouped by unit, in order."""
-    result: dict[str, list[str]] = {}
+def _by_scale(selection: Selection) -> dict[Scale, list[str]]:
+    """Return the names of the variables, grouped by scale, in order."""
+    result: dict[Scale, list[str]] = {}
     for name in selection.names:
-        result.setdefault(selection.unit(name), []).append(name)
+        result.setdefault((selection.unit(name), _named_values(selection.dataset, name)), []).append(name)
     return result
+
+
+def _named_values(dataset: Signals, name: str) -> tuple[tuple[int, str], ...]:
+    """Return the values of an Enumeration, a Boolean or the contact state, in order and with their names."""
+    if named := flags(dataset, name):
+        return tuple(sorted(named.items()))
+    if dataset[name].values.dtype == np.int8:
+        return ((0, "false"), (1, "true"))
+    return tuple(enumerate(places(dataset).contact_states)) if name == CONTACT_STATE and PLACES in dataset.attrs else ()
 
 
 def _display_unit(unit: str, largest: float) -> ShownUnit:
