@@ -22,7 +22,7 @@ KEY_VALUES = {  # unit and, unless the name says it, description
     "contact_share": ("1", "Fraction of time in contact, from disturbance to relief"),
     "averaged_contact_force": ("N", ""),
     "peak_contact_force": ("N", ""),
-    "peak_impulse": ("N s", ""),
+    "peak_impulse": ("N s", "Largest normal impulse of the impacts within a step"),
     "orbit_largest": ("mm", ""),
     "rolling_from": ("cycle", ""),
     "last_contact": ("cycle", ""),

@@ -133,6 +133,17 @@ def test_impulse_and_heat_are_those_of_each_retainer(fall_summary):
     assert (rb1.temperature, rb2.temperature) == (None, 300.0)
 
 
+def test_printed_impulses_say_whether_lasting_contact_is_included():
+    """RB1 receives 1264 N s, of which impacts are 4 N s; `rb1.impulse` has only these."""
+    summary = summarise(fall())
+    labels, texts = (list(column.cells) for column in table(summary, whole=True).columns)
+    rows = dict(zip(labels, texts, strict=True))
+    assert_names(rows["in RB1"], f"force, with impacts, {summary.touchdown.retainers['rb1'].impulse:.4g} N s")
+    of_impacts = [label for label, text in rows.items() if text.startswith(f"RB1 {summary.peak_impulse['rb1']:g} N s")]
+    assert len(of_impacts) == 2
+    assert all("impacts" in label for label in of_impacts)
+
+
 def test_a_race_is_at_speed_at_95_percent_of_its_largest(fall_summary):
     assert fall_summary.retainers["rb1"].race_spin_up == pytest.approx(0.19, abs=2 * H)
     still = touchdown(fall(**{"rb1.race_speed": np.zeros(fall().sizes["time"])}))

@@ -96,7 +96,7 @@ class ContactConvergence(MachineResult):
     def text(self) -> list[TextBlock]:
         """Return a table of peak forces, impulses and outcomes, and lines that explain it."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.sites))
-        columns = ("peak (N)", "1 ms (N)", "impact (N s)", "impulse (N s)")
+        columns = ("peak (N)", "1 ms (N)", "impact (N s)", "integral (N s)")
         headings = [f"{name_label(site)} {what}" for site in sites for what in columns]
         title = f"Convergence of {self.scenario} with {self.rotor}"
         table = text_table(title, ("run", *headings, "change", "outcome"), left=("run", "outcome"))
@@ -108,8 +108,8 @@ class ContactConvergence(MachineResult):
         window = f"{1e3 * WINDOW:g} ms: largest force averaged over this time, impacts included"
         return [
             table,
-            f"peak: largest force; {window}; impact: largest impulse in one step; "
-            "impulse: sum of the impulses of all impacts",
+            f"peak: largest force; {window}; impact: largest impulse of impacts in one step; "
+            "integral: of the normal force over time, impacts included",
             *self._over_starts(sites),
             *self._verdict(),
             *self.warning_lines(),

@@ -95,7 +95,7 @@ def _rows_at_places(summary: Summary) -> Iterator[tuple[str, str]]:
         if any(values.values()):
             yield label, _at_places(values, force_unit(_largest(values)).name, 1.0 / force_unit(_largest(values)).size)
     if any(summary.peak_impulse.values()):
-        yield "peak impulse", _at_places(summary.peak_impulse, "N s")
+        yield "largest impulse of impacts in a step", _at_places(summary.peak_impulse, "N s")
     for label, values in (
         (f"orbit before the {summary.events.get('disturbance')}", summary.orbit_before),
         ("orbit at the end", summary.orbit_after),
@@ -167,7 +167,7 @@ def _of_retainer(retainer: Retainer) -> str:
     lines = [
         f"free {number(retainer.free)} s, sliding {number(retainer.sliding)} s, rolling {number(retainer.rolling)} s",
         f"{'no whirl' if retainer.whirl in (None, 'none') else retainer.whirl}{whirl}",
-        f"impulse {number(retainer.impulse)} N s, heat {number(retainer.heat)} J",
+        f"integral of the normal force, with impacts, {number(retainer.impulse)} N s, heat {number(retainer.heat)} J",
     ]
     if retainer.temperature is not None:
         lines[2] += f", up to {temperature_text(retainer.temperature)}"
