@@ -1,8 +1,13 @@
 """Actuators of other rotors than the rig: any number of bearings, of any name."""
 
+import textwrap
+from pathlib import Path
+
 import pytest
 
+import amb_actuator
 from amb_actuator.actuator import MAX_BEARINGS, constants_for, model_for
+from amb_actuator.interface import CONSTANTS_FROM_GEOMETRY
 from fmi_export.model import Fault, Instance
 from tests.support.messages import raises_naming
 
@@ -66,3 +71,10 @@ def test_both_linear_laws_of_an_unmeasured_bearing_agree():
 def test_no_bearings_or_more_than_fault_codes_are_refused(count):
     with raises_naming(ValueError, f"{count}", "1", f"{MAX_BEARINGS}"):
         model_for([f"b{k}" for k in range(count)])
+
+
+def test_example_of_the_readme_without_fmi_runs(capsys):
+    """Its current of 1 A has the force K_i of the geometry."""
+    text = (Path(amb_actuator.__path__[0]) / "README.md").read_text(encoding="utf-8").partition("without FMI:\n")[2]
+    exec(textwrap.dedent(text.partition("\n## ")[0]), {})
+    assert float(capsys.readouterr().out) == pytest.approx(CONSTANTS_FROM_GEOMETRY[1])
