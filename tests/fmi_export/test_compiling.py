@@ -7,12 +7,16 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 from waiting import LONGEST
 
+from amb_cosim.commands.cli import main
 from fmi_export.building.native import engines
+from fmi_export.building.native.compiler import PLATFORMS, host_platform
 from fmi_export.building.native.engines import Engine, find_or_compile
 from tests.support.messages import assert_names
 
+LAW = Path(__file__).parents[2] / "examples" / "controllers" / "cross_feedback.toml"
 KERNELS = """
 from fmi_export.jit import kernel
 
@@ -83,6 +87,20 @@ def test_an_engine_is_compiled_once_by_those_that_begin_together(tmp_path, monke
         found = list(threads.map(lambda _: find_or_compile(Path("linux64", "one"), compile_slowly), range(4)))
     assert found == [Engine(b"code", "a compiler")] * 4
     assert len(compiled) == 1
+
+
+def test_build_prints_each_model_and_platform_when_it_is_compiled(tmp_path, monkeypatch):
+    """The second command finds both engines in the cache."""
+    monkeypatch.setattr(engines, "_cache", lambda: tmp_path / "cache")
+    monkeypatch.setattr(engines, "_compile", lambda models, platform: Engine(platform.encode(), "a compiler"))
+    monkeypatch.setattr(engines, "SHIPPED", tmp_path)
+    others = [name for name in PLATFORMS if name != host_platform()][:2]  # an engine of this machine would be loaded
+    asked = ["build", "--controller", str(LAW), "--platform", ",".join(others), "-o", str(tmp_path / "fmus")]
+    first, second = (CliRunner().invoke(main, asked) for _ in range(2))
+    assert (first.exit_code, second.exit_code) == (0, 0), repr(first.exception)
+    for line, platform in zip(first.stderr.splitlines(), others, strict=True):
+        assert_names(line, "linear_controller", platform)
+    assert second.stderr == ""
 
 
 @pytest.mark.parametrize("error", [PermissionError("a folder of others"), NotImplementedError("no locks here")])

@@ -9,7 +9,7 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, FMI, PLATFORMS, RECEPTANCES, ROTOR, SETTINGS, UNTIL, output
-from amb_cosim.commands.printing import warn_of_sizes
+from amb_cosim.commands.printing import compilations_shown, warn_of_sizes
 from amb_files.atomic import check_writable
 
 SYSTEM = "levitated"  # assembled if no scenario is named
@@ -63,7 +63,7 @@ def build(
     from amb_cosim.export.build import build as build_fmus
 
     options["arrays"] = not no_arrays
-    with refusing():
+    with refusing(), compilations_shown():
         if assembled is not None and scenario is not None:
             raise ValueError("--assembled and --scenario cannot be combined; use --assembled SCENARIO")
         check_writable(output, is_folder=True)
@@ -111,7 +111,7 @@ def export_ssp(name: str, output: Path | None, **options: Any) -> None:
     from amb_cosim.export import exchange
 
     path = output or Path(f"{Path(name).stem}.ssp")
-    with refusing():
+    with refusing(), compilations_shown():
         check_writable(path, is_folder=False)
         exchange.export_ssp(name, path, **options)
     click.echo(path)

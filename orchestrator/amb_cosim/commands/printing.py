@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+import logging
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
 
 PICTURES = (".png", ".pdf", ".svg")
+ENGINES = "fmi_export.building.native.engines"  # logger of what is compiled
 
 
 class Printed(Protocol):
@@ -50,6 +53,21 @@ def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[Text
 def print_result(result: Printed, as_json: bool) -> None:
     """Print a result as JSON, or as tables and lines."""
     show(result.as_dict(), lambda _: result.text(), as_json)
+
+
+@contextmanager
+def compilations_shown() -> Iterator[None]:
+    """Print a line to standard error for each model and platform when it is compiled, which takes up to minutes."""
+    log, handler = logging.getLogger(ENGINES), logging.Handler()
+    handler.emit = lambda record: click.echo(record.getMessage(), err=True)  # type: ignore[method-assign]
+    level = log.level
+    log.setLevel(logging.INFO)
+    log.addHandler(handler)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(level)
 
 
 def warn_of_sizes(rotor: RotorSource) -> tuple[str, ...]:

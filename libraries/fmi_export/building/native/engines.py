@@ -7,6 +7,8 @@ is taken from the installed package or from the user's cache; if neither contain
 from __future__ import annotations
 
 import importlib.metadata
+import logging
+import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -21,6 +23,8 @@ from fmi_export.building.native.compiler import check_compiler, compile_library
 from fmi_export.building.native.lowering import Kernels, lower
 from fmi_export.building.native.sources import FOLDER, digest_of, texts_of
 from fmi_export.compiling import compiling
+
+log = logging.getLogger(__name__)
 
 SHIPPED = FOLDER / "engines"  # in an installed package
 HEADERS = "fmi_headers"  # folder of the headers of the FMI standard, unchanged
@@ -87,7 +91,7 @@ def engine(models: Sequence[Kernels], platform: str) -> Engine:
 def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
     """Return the shipped or cached engine at a relative path; if there is none, compile it and cache it.
 
-    Damaged engines are ignored.
+    Damaged engines are ignored. Each compilation is logged when it is done.
     """
     result = _existing(place)
     if result is not None:
@@ -95,7 +99,10 @@ def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
     with compiling(_cached(place), f"engine {place.name}"):
         result = _existing(place)
         if result is None:
+            began = time.monotonic()
             result = compile_anew()
+            name, platform = place.name.rpartition("-")[0] or place.name, place.parent.name
+            log.info("compiled %s for %s in %.0f s", name, platform, time.monotonic() - began)
             with suppress(OSError):  # without a cache the next build takes as long
                 result.write(_cached(place))
     return result
