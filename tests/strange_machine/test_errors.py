@@ -22,7 +22,7 @@ COMMANDS = {
     "run levitation.toml --rotor expandor": "rotor = 'expandor' is not allowed; did you mean turbo_expander?",
     "run expander.toml": "unknown keys shaft, materials, bodies, ",
     "rotor show levitation.toml": "unknown keys description, system, rotor, ",
-    "assess --check expander.toml": "bearings, seals, sites, sensors, damping, reduction; there are name, ",
+    "assess --check expander.toml": "bearings, seals, sites, sensors, damping, reduction; there are ",
     "assess --check wrong.toml": "rotor expander has no part 'turbin'; did you mean turbine?",
     "assess machine.toml --only closed_lop": "no part 'closed_lop'; did you mean closed_loop?",
     "assess machine.toml --criteria text.toml": "criteria text.toml is not valid TOML",
