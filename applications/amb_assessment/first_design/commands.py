@@ -20,6 +20,7 @@ from amb_cosim.cosim.system.values import RPM
 if TYPE_CHECKING:
     from amb_assessment.first_design.design import Design
     from amb_assessment.first_design.sizing import Drive, MagnetData
+    from amb_assessment.first_design.thrust import Thrust
 
 APART = 1.8  # factor above which constants of a magnet are questioned
 
@@ -133,6 +134,8 @@ def new(
                 f"bearing {bearing} has no retainer; if it is passive, list it under [[seals]] of the rotor file"
             )
     sizes = machine.sizes
+    if machine.axis is not None:
+        _echo_axis(machine.axis)
     click.echo(
         f"magnets: {sizes.turns} turns on each pole, {1e4 * sizes.pole_area:.3g} cm2, gap {1e3 * sizes.gap:.3g} mm, "
         f"bias {sizes.bias_current:.3g} A, at most {sizes.current_limit:.3g} A"
@@ -173,6 +176,15 @@ def new(
         )
     first = folder / ("landing.toml" if sizes.retainers else "levitation.toml")
     click.echo(f"wrote {folder}; next: amb-cosim run {first}")
+
+
+def _echo_axis(axis: Thrust) -> None:
+    """Print the operating point of the axial magnet."""
+    (upper, lower), point = axis.coils, axis.point
+    click.echo(
+        f"thrust disc {axis.name}: its magnet carries {abs(axis.load):.4g} N of the weight with {upper:.4g} A in the "
+        f"upper coil and {lower:.4g} A in the lower coil; K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
+    )
 
 
 def _magnet(

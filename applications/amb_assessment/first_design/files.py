@@ -41,6 +41,8 @@ class NewMachine:
     assumed
         Parts added to the rotor file: `bearings` (with retainers and sensors), `damping`, and `thrust_disc` (with
         faces).
+    axis
+        The magnet of the thrust disc, if there is one.
     """
 
     folder: Path
@@ -50,6 +52,7 @@ class NewMachine:
     lying: MagnetData
     points: dict[str, OperatingPoint]
     design: Design
+    axis: thrust.Thrust | None = None
 
 
 def new_machine(
@@ -127,7 +130,7 @@ def new_machine(
     if thrust_disc and not drawn.thrust:
         axial = thrust.disc_and_faces(supported, gap)
         supported = _rotor_of(stated_text + axial, name)
-    disc, supported = supported.thrust_disc, replace(supported, thrust_disc=None, faces=())  # the radial design
+    whole, supported = supported, replace(supported, thrust_disc=None, faces=())  # the second for the radial design
     sizes = machine_sizes(supported, speed, magnet, gap=gap, tilt=tilt)
     points = operating_points(sizes)
 
@@ -142,23 +145,22 @@ def new_machine(
     design = first_design(sizes, scenario, RunOptions(flavour=flavour), progress, sample_times)
     if not drawn.bearings:
         rotor += supports(drawn, bearings, design.pid.k_b, design.pid.c_b, gap)
-    of_files, of_axis = values(design), dict[str, str]()
-    if disc is not None:
-        magnet_of_disc = thrust.thrust_magnet(disc.name, sizes, tilt)
+    of_files, of_axis, axis = values(design), dict[str, str](), None
+    if whole.thrust_disc is not None:
+        axis = thrust.thrust_magnet(whole, sizes, tilt)
         of_files["control_file"] = f'\nfmu.rolac_controller = "{thrust.CONTROL}"'
-        of_files["rolac_parameters"] = of_files["rolac_inputs"] = ""
-        of_files["of_magnets"] += magnet_of_disc.lines
-        of_axis[thrust.CONTROL] = thrust.controller(folder.name, sizes, magnet_of_disc, design.pid, design.sample_time)
-        if axial:
-            radii = thrust.radii(supported, disc.z)
-            of_files["thrust_bearing"] = thrust.machine_part(radii, magnet_of_disc, sizes)
+        of_files["rolac_parameters"], of_files["rolac_inputs"] = thrust.limits(sizes, axis), ""
+        of_files["of_magnets"] += axis.lines
+        of_files["thrust_bearing"] = thrust.machine_part(axis) if axial else ""
+        of_files["bearing_rows"] += f"\n{_row(axis.name, abs(axis.load), axis.coils, axis.point.k_s, axis.point.k_i)}"
+        of_axis[thrust.CONTROL] = thrust.controller(folder.name, sizes, axis, design.pid, design.sample_time)
     files = {ROTOR: rotor + axial, **_filled(of_files, bool(sizes.retainers)), **of_axis}
     folder.parent.mkdir(parents=True, exist_ok=True)
     create_atomically(folder, lambda draft: [(draft / file).write_text(t, "utf-8") for file, t in files.items()])
     assumed = {"bearings": not drawn.bearings, "damping": not has_damping, "thrust_disc": bool(axial)}
     parts = tuple(part for part, is_assumed in assumed.items() if is_assumed)
     typical, lying = (machine_sizes(supported, speed, gap=gap, tilt=angle).magnet for angle in (tilt, 0.0))
-    return NewMachine(folder, parts, sizes, typical, lying, points, design)
+    return NewMachine(folder, parts, sizes, typical, lying, points, design, axis)
 
 
 def _rotor_of(text: str, name: str) -> Rotor:
@@ -223,6 +225,12 @@ def _gravity(tilt: float) -> dict[str, str]:
     return {"gravity": f"{STANDARD_GRAVITY:.6g}", "of_tilt": line}
 
 
+def _row(name: str, load: float, coils: tuple[float, float], k_s: float, k_i: float) -> str:
+    """Return the page's row about the axes of a bearing: load (N), coil currents (A), K_s (N/m) and K_i (N/A)."""
+    upper, lower = coils
+    return f"| {name} | {load:.4g} N | {upper:.4g} A | {lower:.4g} A | {k_s:.4g} N/m | {k_i:.4g} N/A |"
+
+
 def _values(
     name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], design: Design, tilt: float
 ) -> dict[str, str]:
@@ -235,11 +243,7 @@ def _values(
     ]
     pid = design.pid
     gains = [f'"{b}.k_b_?" = "{k:.5g} N/m"\n"{b}.c_b_?" = "{pid.c_b[b]:.5g} N.s/m"' for b, k in pid.k_b.items()]
-    rows = [
-        f"| {bearing} | {sizes.loads[bearing]:.4g} N | {p.coils[0]:.4g} A | {p.coils[1]:.4g} A | {p.k_s:.4g} N/m "
-        f"| {p.k_i:.4g} N/A |"
-        for bearing, p in points.items()
-    ]
+    rows = [_row(bearing, sizes.loads[bearing], p.coils, p.k_s, p.k_i) for bearing, p in points.items()]
     texts = {
         "name": name,
         "plane": sizes.plane.name,

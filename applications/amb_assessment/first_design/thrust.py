@@ -2,6 +2,10 @@
 
     A = mu_0 F/B^2,  F = 4 m g;   K_b = K_s,  C_b = 2 zeta sqrt(K_b m)                              (1)
 
+Both coils share the weight, with the currents I_0 + i and I_0 - i. The machine file states I_0, from which an
+assessment computes the operating point under the weight. The scenario states the smaller current I_0 - i as the bias,
+so that the operating point in simulations is the same one.
+
 ROLAC is radial. Therefore, one linear law controls all five axes. On the radial axes, it is identical to the law of the
 radial design to the last bit.
 """
@@ -16,13 +20,13 @@ import tomli_w
 from amb_assessment.first_design.levitation import Pid, operating_points
 from amb_assessment.first_design.rotor_text import STEEL, diameter_at, filled
 from amb_assessment.first_design.sizing import BANDWIDTH, CAPACITY, FLUX, MU_0, MachineSizes
-from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linearisation, static_current_for
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from rotor_analysis.rotor import Rotor
+from thrust_bearings.disc import OperatingPoint, ThrustDisc
 
 CONTROL = "control.toml"
-COLLAR = "thrust_collar"  # of the template, the body that is the disc
 DAMPING = 0.7  # zeta of the axial motion
 DRIFT = 10.0  # 1/s, rate at which the integral removes a steady deviation
 ROLL_OFF = 2000.0  # Hz, of the axial derivative
@@ -30,35 +34,42 @@ PLACE = 0.08  # of the length, distance of the disc from the lower bearing
 
 
 class Thrust(NamedTuple):
-    """The magnet of a thrust disc, sized by (1), and its K_s and K_i under the weight of a tilted shaft."""
+    """The magnet of a thrust disc, sized by (1), and its operating point under the weight of a tilted shaft.
+
+    name, at
+        Names of the disc, and of the part of the rotor nearest to it.
+    magnet, point
+        The magnet, and its control current, K_i and K_s under the load.
+    load
+        Force against the weight along z, positive towards larger z.
+    mass
+        Mass of the rotor.
+    """
 
     name: str
-    pole_area: Annotated[float, "m2"]
-    inductance: Annotated[float, "H"]
-    k_s: Annotated[float, "N/m"]
-    k_i: Annotated[float, "N/A"]
+    at: str
+    magnet: ThrustDisc
+    point: OperatingPoint
+    load: Annotated[float, "N"]
     mass: Annotated[float, "kg"]
 
     @property
-    def gains(self) -> tuple[float, float, float]:
-        """Gains of the PID: proportional (A/m), integral (A/(m s)) and derivative (A s/m)."""
-        kp, kd = 2.0 * self.k_s / self.k_i, 2.0 * DAMPING * math.sqrt(self.k_s * self.mass) / self.k_i
-        return kp, DRIFT * kp, kd
-
-    @property
-    def channel(self) -> dict[str, Any]:
-        """The channel that levitates the axis, for a controller file."""
-        return _channel(f"{self.name}.z", f"{self.name}.i_z", *self.gains, ROLL_OFF)
+    def coils(self) -> tuple[float, float]:
+        """Currents of the upper and of the lower coil (A) that carry the weight."""
+        return self.magnet.bias_current + self.point.current, self.magnet.bias_current - self.point.current
 
     @property
     def lines(self) -> str:
         """Scenario lines with the values that differ from those of the radial magnets."""
-        values = {
-            "pole_area_z": f"{1e4 * self.pole_area:.5g} cm^2",
-            "inductance_z": f"{1e3 * self.inductance:.5g} mH",
-            "half_angle_z": 0,  # its poles are rings
-        }
-        return "\n" + tomli_w.dumps({f"{self.name}.{key}": value for key, value in values.items()}).rstrip()
+        magnet, (upper, lower) = self.magnet, self.coils
+        inductance = 0.5 * MU_0 * magnet.turns**2 * magnet.pole_area / magnet.gap
+        shared = f"  # lower coil; upper coil: {upper:.6g} A" if self.load else ""
+        return (
+            f'\n"{self.name}.bias_current_z" = "{lower:.6g} A"{shared}'
+            f'\n"{self.name}.pole_area_z" = "{1e4 * magnet.pole_area:.5g} cm^2"'
+            f'\n"{self.name}.inductance_z" = "{1e3 * inductance:.5g} mH"'
+            f'\n"{self.name}.half_angle_z" = 0  # its poles are rings'
+        )
 
 
 def disc_and_faces(rotor: Rotor, gap: float | None = None) -> str:
@@ -83,22 +94,29 @@ def disc_and_faces(rotor: Rotor, gap: float | None = None) -> str:
     )
 
 
-def thrust_magnet(name: str, sizes: MachineSizes, tilt: float) -> Thrust:
-    """Return the axial magnet of a machine whose shaft is tilted by an angle (rad) above the horizontal."""
-    area = _pole_area(sizes.mass)
-    p = axis_parameters(
-        turns=sizes.turns,
-        pole_area=area,
+def thrust_magnet(rotor: Rotor, sizes: MachineSizes, tilt: float) -> Thrust:
+    """Return the axial magnet of a rotor with a thrust disc, whose shaft is tilted by an angle (rad) to the horizontal.
+
+    The poles begin at the surface of the shaft, as in `radii`.
+    """
+    disc = rotor.thrust_disc
+    assert disc is not None, "the rotor has no thrust disc"
+    inner, outer = radii(rotor, disc.z)
+    magnet = ThrustDisc(
+        inner_radius=inner,
+        outer_radius=outer,
+        pole_area=_pole_area(sizes.mass),
         gap=sizes.gap,
+        turns=2 * sizes.turns,  # of its one coil; the actuator counts them for each pole
         bias_current=sizes.bias_current,
         current_limit=sizes.current_limit,
-        half_angle=0.0,
-        static_current=0.0,
+        saturation=float(axis_parameters().b_sat),
     )
-    p.static_current = static_current_for(sizes.mass * STANDARD_GRAVITY * abs(math.sin(tilt)), p)
-    at_rest = linearisation(p)
-    inductance = 2.0 * MU_0 * sizes.turns**2 * area / sizes.gap
-    return Thrust(name, area, inductance, float(at_rest.k_s), float(at_rest.k_i), sizes.mass)
+    load = sizes.mass * STANDARD_GRAVITY * math.sin(tilt)
+    nodes, parts = rotor.shaft.nodes, rotor.nodes_by_name
+    bodies = {body.name for body in rotor.bodies}
+    at = min(parts, key=lambda name: (round(abs(nodes[parts[name] - 1] - disc.z), 6), name not in bodies))
+    return Thrust(disc.name, at, magnet, magnet.operating_point(abs(load)), load, sizes.mass)
 
 
 def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_time: float) -> str:
@@ -111,7 +129,7 @@ def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_
         k, c = pid.k_b[axis.bearing] + k_s, pid.c_b[axis.bearing]
         of = f"{axis.bearing}.i_{axis.direction}"
         channels.append(_channel(axis.sensor, of, k / k_i, 0.0, c / k_i, roll_off))
-    channels.append(thrust.channel)
+    channels.append(axial_channel(thrust.name, thrust.point.k_i, thrust.point.k_s, thrust.mass))
     inputs = [*(axis.sensor for axis in axes), f"{thrust.name}.z"]
     outputs = [*(f"{axis.bearing}.i_{axis.direction}" for axis in axes), f"{thrust.name}.i_z"]
     limit = f"{sizes.bias_current:.5g} A"
@@ -128,20 +146,36 @@ def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_
     return tomli_w.dumps(table)
 
 
-def machine_part(radii: tuple[float, float], thrust: Thrust, sizes: MachineSizes) -> str:
-    """Return the machine file's text on the axial bearing of `disc_and_faces`, whose disc has the given radii (m)."""
-    inner, outer = radii
+def limits(sizes: MachineSizes, thrust: Thrust) -> str:
+    """Return scenario lines that limit each demand to what the coil with less current allows, where coils share a load.
+
+    Beyond that, the amplifier would not follow, and the integral of the axial PID would wind up.
+    """
+    shared = [(f"{b}.i_?", coils.bias_current, sizes.loads[b]) for b, coils in sizes.coils.items()]
+    shared.append((f"{thrust.name}.i_z", thrust.coils[1], thrust.load))
+    lines = [
+        f'"{demand}.upper" = "{least:.5g} A"' if load > 0.0 else f'"{demand}.lower" = "-{least:.5g} A"'
+        for demand, least, load in shared
+        if load
+    ]
+    head = "[parameters.rolac_controller]  # limits of the coils with less current"
+    return "\n".join((head, *lines, "", "")) if lines else ""
+
+
+def machine_part(thrust: Thrust) -> str:
+    """Return the machine file's text on the axial bearing."""
+    magnet = thrust.magnet
     of_bearing = {
-        "at": COLLAR,
+        "at": thrust.at,
         "bandwidth": f"{1e-3 * BANDWIDTH:.5g} kHz",
-        "inner_radius": f"{1e3 * inner:.5g} mm",
-        "outer_radius": f"{1e3 * outer:.5g} mm",
-        "pole_area": f"{1e4 * thrust.pole_area:.5g} cm^2",
-        "gap": f"{1e3 * sizes.gap:.5g} mm",
-        "turns": 2 * sizes.turns,  # of its one coil; the actuator counts them for each pole
-        "bias_current": f"{sizes.bias_current:.5g} A",
-        "current_limit": f"{sizes.current_limit:.5g} A",
-        "saturation": f"{axis_parameters().b_sat:.5g} T",
+        "inner_radius": f"{1e3 * magnet.inner_radius:.5g} mm",
+        "outer_radius": f"{1e3 * magnet.outer_radius:.5g} mm",
+        "pole_area": f"{1e4 * magnet.pole_area:.5g} cm^2",
+        "gap": f"{1e3 * magnet.gap:.5g} mm",
+        "turns": int(magnet.turns),
+        "bias_current": f"{magnet.bias_current:.5g} A",
+        "current_limit": f"{magnet.current_limit:.5g} A",
+        "saturation": f"{magnet.saturation:.5g} T",
     }
     note = "# The magnet of the thrust disc; a solid disc has eddy currents: see [thrust_bearing.iron]."
     return f"\n{note}\n{tomli_w.dumps({'thrust_bearing': of_bearing})}"
@@ -151,6 +185,27 @@ def radii(rotor: Rotor, z: float) -> tuple[float, float]:
     """Return the inner and outer radius (m) of a disc at z with room for the coil and two pole rings sized by (1)."""
     inner = 0.5 * diameter_at(rotor, z)
     return inner, math.sqrt(inner**2 + 3.0 * _pole_area(rotor.mass) / math.pi)
+
+
+def axial_channel(name: str, k_i: float, k_s: float, mass: float) -> dict[str, Any]:
+    """Return the channel of a controller file that levitates a mass (kg) along its shaft, by (1).
+
+    Parameters
+    ----------
+    name
+        Name of the thrust disc.
+    k_i, k_s
+        K_i (N/A) and K_s (N/m) of its magnet under the weight.
+    mass
+        Mass of the rotor (kg).
+    """
+    return _channel(f"{name}.z", f"{name}.i_z", *axial_gains(k_i, k_s, mass), ROLL_OFF)
+
+
+def axial_gains(k_i: float, k_s: float, mass: float) -> tuple[float, float, float]:
+    """Return the gains of `axial_channel`: proportional (A/m), integral (A/(m s)) and derivative (A s/m)."""
+    kp, kd = 2.0 * k_s / k_i, 2.0 * DAMPING * math.sqrt(k_s * mass) / k_i
+    return kp, DRIFT * kp, kd
 
 
 def _channel(source: str, target: str, kp: float, ki: float, kd: float, roll_off: float) -> dict[str, Any]:

@@ -52,6 +52,8 @@ def test_constants_follow_from_the_geometry():
     assert float(row["tilt (N m/rad)"]) < 0.0
     loaded = bearing(thrust="120 N", iron=IRON)
     k_s = [loaded.bearing.operating_point(load).k_s for load in (0.0, 120.0)]
+    stated = dict(zip(DATA_HEADS, loaded.data(0.0), strict=True))["K_s (MN/m)"].split(" to ")
+    assert [1e6 * float(text) for text in stated] == pytest.approx(k_s, rel=1e-3)
     unloaded, most = (
         float(text) for text in dict(zip(DATA_HEADS, loaded.data(0.0), strict=True))["tilt (N m/rad)"].split(" to ")
     )

@@ -227,14 +227,23 @@ class ThrustBearing(Table):
 
         The stiffness without load is considered as well, because it applies as long as no force acts.
         """
+        return moment_stiffness(self._largest_stiffness(weight), self.bearing.rings)
+
+    def _largest_stiffness(self, weight: float) -> float:
+        """Return K_s (N/m) that corresponds to `largest_moment_stiffness`."""
         capacity = self.bearing.capacity
-        return max(self.moment_stiffness(min(abs(load), capacity)) for load in (0.0, *self.loads(weight)))
+        limited = (min(abs(load), capacity) for load in (0.0, *self.loads(weight)))
+        return max(self.bearing.operating_point(load).k_s for load in limited)
 
     def data(self, weight: float) -> tuple[str, ...]:
-        """Return the table row under `DATA_HEADS`, for a weight along z (N)."""
+        """Return the table row under `DATA_HEADS`, for a weight along z (N).
+
+        K_s and tilt stiffness are the values without load and under the worst static force.
+        """
         rest, loads = self.bearing.operating_point(), self.loads(weight)
+        k_s = f"{1e-6 * rest.k_s:.4g}", f"{1e-6 * self._largest_stiffness(weight):.4g}"
         corner = "laminated" if self.corner is None else f"{self.corner / (2.0 * math.pi):.4g}"
-        constants = (f"{rest.k_i:.4g}", f"{1e-6 * rest.k_s:.4g}", f"{self.bearing.capacity:.4g}")
+        constants = (f"{rest.k_i:.4g}", " to ".join(dict.fromkeys(k_s)), f"{self.bearing.capacity:.4g}")
         return (*constants, _span(loads), self._tilt(weight), corner)
 
     def _tilt(self, weight: float) -> str:
