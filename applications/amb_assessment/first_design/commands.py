@@ -135,7 +135,7 @@ def new(
             )
     sizes = machine.sizes
     if machine.axis is not None:
-        _echo_axis(machine.axis)
+        _echo_axis(machine.axis, is_drawn="thrust_disc" not in machine.assumed)
     click.echo(
         f"magnets: {sizes.turns} turns on each pole, {1e4 * sizes.pole_area:.3g} cm2, gap {1e3 * sizes.gap:.3g} mm, "
         f"bias {sizes.bias_current:.3g} A, at most {sizes.current_limit:.3g} A"
@@ -178,13 +178,19 @@ def new(
     click.echo(f"wrote {folder}; next: amb-cosim run {first}")
 
 
-def _echo_axis(axis: Thrust) -> None:
-    """Print the operating point of the axial magnet."""
-    (upper, lower), point = axis.coils, axis.point
+def _echo_axis(axis: Thrust, *, is_drawn: bool) -> None:
+    """Print the operating point of the axial magnet and, for a disc of the rotor file, what is assumed about it."""
+    (upper, lower), point, magnet = axis.coils, axis.point, axis.magnet
     click.echo(
         f"thrust disc {axis.name}: its magnet carries {abs(axis.load):.4g} N of the weight with {upper:.4g} A in the "
         f"upper coil and {lower:.4g} A in the lower coil; K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
     )
+    if is_drawn:
+        click.echo(
+            f"the poles of this magnet are assumed to lie at radii from {1e3 * magnet.inner_radius:.3g} to "
+            f"{1e3 * magnet.outer_radius:.3g} mm of {axis.at}, the nearest part; enter yours in [thrust_bearing] of "
+            "machine.toml"
+        )
 
 
 def _magnet(

@@ -151,7 +151,7 @@ def new_machine(
         of_files["control_file"] = f'\nfmu.rolac_controller = "{thrust.CONTROL}"'
         of_files["rolac_parameters"], of_files["rolac_inputs"] = thrust.limits(sizes, axis), ""
         of_files["of_magnets"] += axis.lines
-        of_files["thrust_bearing"] = thrust.machine_part(axis) if axial else ""
+        of_files["thrust_bearing"] = thrust.machine_part(axis)
         of_files["bearing_rows"] += f"\n{_row(axis.name, abs(axis.load), axis.coils, axis.point.k_s, axis.point.k_i)}"
         of_axis[thrust.CONTROL] = thrust.controller(folder.name, sizes, axis, design.pid, design.sample_time)
     files = {ROTOR: rotor + axial, **_filled(of_files, bool(sizes.retainers)), **of_axis}

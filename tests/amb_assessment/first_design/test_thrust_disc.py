@@ -2,6 +2,7 @@
 
 import cmath
 import math
+import tomllib
 
 import numpy as np
 import pytest
@@ -14,9 +15,10 @@ from amb_assessment.assessment.engine.assess import check_machine
 from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.assessment.physics.axial_cases import load_cases
 from amb_assessment.first_design import files
+from amb_assessment.first_design.commands import _echo_axis
 from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.levitation import TRIP
-from amb_assessment.first_design.rotor_text import plain_shaft
+from amb_assessment.first_design.rotor_text import diameter_at, plain_shaft
 from amb_assessment.first_design.sizing import MagnetData
 from amb_cosim.controllers.linear_controller import linear_controller
 from amb_cosim.cosim.system.values import RPM
@@ -111,6 +113,20 @@ def test_radial_demands_on_five_axes_end_where_the_lower_coils_do(tmp_path, quic
     for bearing, load in machine.sizes.loads.items():
         least = 0.4e-3 * 6e5 / 60.0 - load / 60.0
         assert prepared.parameters[CONTROLLER][f"{bearing}.i_y.upper"] == pytest.approx(least, rel=1e-4)
+
+
+def test_a_disc_of_the_drawing_gets_its_axial_bearing(tmp_path, quick, capsys):
+    """It is at the part nearest to the disc, and its poles begin at the shaft's surface; the output says so."""
+    machine = new_machine(tmp_path / "fan", text_with_disc(), SPEED, tilt=0.5 * math.pi)
+    assert machine.assumed == ("bearings", "damping")
+    stated = tomllib.loads((machine.folder / "machine.toml").read_text())["thrust_bearing"]
+    assert stated["at"] == "wheel"
+    check_machine(load_machine(machine.folder / "machine.toml"))
+    diameter = diameter_at(load_rotor(str(machine.folder / "rotor.toml")), 0.19)
+    _echo_axis(machine.axis, is_drawn=True)
+    printed = capsys.readouterr().out
+    for fact in ("wheel", f"from {500.0 * diameter:.3g} to", "[thrust_bearing]", "machine.toml", "117.7 N"):
+        assert fact in printed
 
 
 def test_it_falls_onto_its_face_and_is_lifted_off_again(made):
