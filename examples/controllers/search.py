@@ -6,11 +6,12 @@ sampled by Tustin's rule and a sample late. At all speeds given, vibrations near
 decrement of 1.6, which is an amplification of about 2, others up to twice the largest speed 0.2, those beyond 0.03;
 |S| of each axis 2.8 at most; and the noise of the sensors shall move no demand by more than is said. The file has the
 current limits of the scenario's controller, and no delay of its own if the scenario's chain has one (chain.delay).
+A rotor with a thrust disc also gets the axial PID of `amb-cosim new`, which is not searched.
 
     python search.py levitation.toml --speeds "9000 rpm, 17600 rpm" --pairs left=probe_left,right=probe_right
 
-Each generation prints the best so far. The last line is how far the best is from all that: 0 has all of it.
-`amb-cosim assess` judges.
+The controller is written beside the scenario file as found.toml, unless -o names another file. Each generation prints
+the best so far. The last line is how far the best is from all that: 0 has all of it. `amb-cosim assess` judges.
 """
 
 from __future__ import annotations
@@ -20,15 +21,18 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import tomli_w
 from scipy.linalg import block_diag
 from scipy.optimize import differential_evolution
 from scipy.signal import bilinear, cont2discrete, lfilter, tf2ss
 
 import amb_cosim
 from amb_analysis.machine.machine import Machine
+from amb_assessment.first_design.thrust import ROLL_OFF, axial_channel, axial_gains
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
+from linear_controller.interface import NO_LIMIT
 from signal_chain.presets import IDEAL, is_on
 
 WANTED, ENOUGH, ABOVE_ZERO = 1.6, 0.2, 0.03  # decrements: near the speeds, up to twice the largest, beyond
@@ -54,12 +58,22 @@ class Search:
         self.Omega = [quantity(speed, "rad/s", "speeds") for speed in speeds]
         magnets = [_magnet(scenario, bearing) for bearing in pairs]
         self.k_p = [k_s / k_i for k_i, k_s in magnets]
+        self.axial, self.thrust = [], machine.rotor.thrust
+        if self.thrust:
+            of_axis = *_magnet(scenario, self.thrust, "z"), machine.rotor.mass
+            kp, ki, kd = axial_gains(*of_axis)
+            omega = 2.0 * np.pi * ROLL_OFF
+            ratio = [-kp / omega - kd, -kp - ki / omega, -ki], [1.0 / omega, 1.0, 0.0]
+            self.channel, self.axial = axial_channel(self.thrust, *of_axis), [bilinear(*ratio, 1.0 / sample_time)]
         self.limits, self.is_late = _of_controller(machine, pairs)
         rate = 1.0 / sample_time
         hertz = np.concatenate([np.geomspace(1e-4, 0.03, 120), np.linspace(0.03, 0.2, 80)[1:]]) * rate
         self.z = np.exp(2j * np.pi * hertz * sample_time)
         demands = [f"amb_actuator.{b}.i_{axis}" for b in pairs for axis in "xy"]
         shown = [f"rotor_contact.{sensor}.{axis}" for sensor in pairs.values() for axis in "xy"]
+        if self.thrust:
+            demands.append(f"amb_actuator.{self.thrust}.i_z")
+            shown.append(f"rotor_contact.{self.thrust}.z")
         parts = ["rotor_contact", "amb_actuator"]
         self.plants = []
         for speed in speeds:
@@ -83,8 +97,9 @@ class Search:
         """Return how far it is from what is wanted."""
         ratios = [bilinear(*_ratio(*of), 1.0 / self.step) for of in self.coefficients(x)]
         total = sum(5.0 * max(0.0, self.noise * _of_noise(*ratio) / self.most_noise - 1.0) for ratio in ratios)
-        gain = np.repeat([np.polyval(b, self.z) / np.polyval(a, self.z) for b, a in ratios], 2, axis=0)
-        law = _law(ratios)
+        of_axes = [ratio for ratio in ratios for _ in "xy"] + self.axial
+        gain = np.array([np.polyval(b, self.z) / np.polyval(a, self.z) for b, a in of_axes])
+        law = _law(of_axes)
         for plant in self.plants:
             poles = _poles(plant, law, self.step)
             if (fastest := poles.real.max()) > 0.0:
@@ -127,6 +142,8 @@ class Search:
         """Return the controller file."""
         signals = [f"{sensor}.{axis}" for sensor in self.pairs.values() for axis in "xy"]
         demands = [f"{bearing}.i_{axis}" for bearing in self.pairs for axis in "xy"]
+        if self.thrust:
+            signals, demands = [*signals, f"{self.thrust}.z"], [*demands, f"{self.thrust}.i_z"]
         lines = [f"inputs = {signals}", f"outputs = {demands}", f'sample_time = "{1e6 * self.step:g} us"']
         if not self.is_late:
             lines.append("delay = 1  # sample; without it if chain.delay is on")
@@ -146,21 +163,30 @@ class Search:
                 f'  {{ type = "notch", frequency = "{shelf:.5g} Hz", damping = {zeta:.4g}, depth = {d:.4g} }},',
                 "]",
             ]
+        if self.thrust:
+            lines += ["", tomli_w.dumps({"channel": [self.channel]}).rstrip()]
         return "\n".join(lines) + "\n"
 
 
-def _magnet(scenario, bearing):
-    """Return K_i (N/A) and K_s (N/m) of the x axis of a bearing."""
-    inputs, force = [f"amb_actuator.{bearing}.i_x", f"amb_actuator.{bearing}.x"], [f"amb_actuator.{bearing}.f_x"]
+def _magnet(scenario, bearing, axis="x"):
+    """Return K_i (N/A) and K_s (N/m) of an axis of a bearing."""
+    magnet = f"amb_actuator.{bearing}"
+    inputs, force = [f"{magnet}.i_{axis}", f"{magnet}.{axis}"], [f"{magnet}.f_{axis}"]
     return amb_cosim.linearise(scenario, None, inputs, force, components=["amb_actuator"]).dcgain()[0]
 
 
 def _of_controller(machine, pairs):
     """Return the narrowest current limits (A) of a machine's controller, if any, and whether its chain has a delay."""
     values = machine.parameters.get("rolac_controller", {})
+    demands = [(b, axis) for b in pairs for axis in "xy"]
     low, high = (
-        [value for name, value in values.items() for b in pairs if name.startswith(f"{b}.{limit}_")]
-        for limit in ("i_min", "i_max")
+        [
+            values[name]
+            for b, axis in demands
+            for name in (f"{b}.{of_pid}_{axis}", f"{b}.i_{axis}.{of_linear}")
+            if name in values and abs(values[name]) < NO_LIMIT
+        ]
+        for of_pid, of_linear in (("i_min", "lower"), ("i_max", "upper"))
     )
     is_late = is_on(values.get("chain.preset", IDEAL), values.get("chain.delay", 0.0))
     return (max(low), min(high)) if low and high else None, is_late
@@ -174,9 +200,8 @@ def _ratio(k_p, k_d, roll_off, shelf, zeta, d):
 
 
 def _law(ratios):
-    """Return A, B, C, D of the sampled law, each ratio on both axes of its bearing."""
-    of_axes = [tf2ss(*ratio) for ratio in ratios for _ in "xy"]
-    return [block_diag(*matrices) for matrices in zip(*of_axes, strict=True)]
+    """Return A, B, C, D of the sampled law with a ratio for each axis."""
+    return [block_diag(*matrices) for matrices in zip(*(tf2ss(*ratio) for ratio in ratios), strict=True)]
 
 
 def _of_noise(top, bottom):
@@ -204,7 +229,7 @@ def main():
     parser.add_argument("--most-noise", default="0.35 A", help="in a demand, rms")
     parser.add_argument("--generations", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1, help="another one may find better")
-    parser.add_argument("-o", "--output", type=Path, default=Path("found.toml"))
+    parser.add_argument("-o", "--output", type=Path, help="default: found.toml beside the scenario file")
     given = parser.parse_args()
     pairs = dict(pair.strip().split("=") for pair in given.pairs.split(","))
     speeds = [speed.strip() for speed in given.speeds.split(",")]
@@ -212,8 +237,14 @@ def main():
     noise = quantity(given.noise, "m", "noise"), quantity(given.most_noise, "A", "most-noise")
     search = Search(given.scenario, speeds, pairs, step, *noise)
     coefficients, cost = search.best(given.generations, given.seed)
-    given.output.write_text(search.text(coefficients), encoding="utf-8")
-    print(f"{given.output}: {cost:.3g} from what is wanted")
+    output = given.output or _beside(given.scenario)
+    output.write_text(search.text(coefficients), encoding="utf-8")
+    print(f"{output}: {cost:.3g} from what is wanted")
+
+
+def _beside(scenario):
+    """Return the path of found.toml beside a scenario file, or in the current folder for a scenario of a pack."""
+    return (Path(scenario).parent if Path(scenario).is_file() else Path()) / "found.toml"
 
 
 if __name__ == "__main__":

@@ -1,11 +1,18 @@
 """The controllers of the examples hold the compressor, keep their margins, and are the same in another tool."""
 
+import math
+import tomllib
+
 import control
 import numpy as np
 import pytest
 
 import amb_cosim
+from amb_assessment.first_design import files
+from amb_assessment.first_design.files import new_machine
+from amb_assessment.first_design.rotor_text import plain_shaft
 from amb_cosim import studies
+from tests.support.any_gains import any_gains
 
 NAMES = ("lead with two sections", "cross-feedback", "LQG", "H-infinity")
 
@@ -107,3 +114,24 @@ def test_search_writes_the_law_that_it_judged(examples, tmp_path):
         np.testing.assert_allclose(response[:, 2 * k, 2 * k], np.polyval(top, z) / np.polyval(bottom, z), rtol=1e-3)
     loop = studies.poles("compressor_levitated", controller=file, up_to="9000 rpm")
     assert (cost > search.UNSTABLE) == bool(loop.unstable)
+
+
+def test_search_levitates_a_machine_on_five_axes(examples, tmp_path, monkeypatch):
+    """It writes beside the scenario, with the axial channel and the current limits of `amb-cosim new`."""
+    import search
+
+    monkeypatch.setattr(files, "first_design", any_gains)
+    made, cwd = tmp_path / "fan", tmp_path / "elsewhere"
+    cwd.mkdir()
+    new_machine(made, plain_shaft("fan", 12.0, 0.4, 1000.0), 1000.0, tilt=0.5 * math.pi, thrust_disc=True)
+    monkeypatch.chdir(cwd)
+    options = ["--speeds", "1000 rad/s", "--pairs", "left=probe_left,right=probe_right", "--generations", "2"]
+    monkeypatch.setattr("sys.argv", ["search.py", str(made / "levitation.toml"), *options])
+    search.main()
+    assert not any(cwd.iterdir())
+    found, own = (tomllib.loads((made / name).read_text()) for name in ("found.toml", "control.toml"))
+    assert found["channel"][-1]["to"] == own["channel"][-1]["to"] == "thrust.i_z"
+    kp, expected = (float(file["channel"][-1]["blocks"][0]["kp"].split()[0]) for file in (found, own))
+    assert kp == pytest.approx(expected, rel=1e-4)
+    assert found["limits"] == own["limits"]
+    assert not studies.poles(str(made / "levitation.toml"), controller=made / "found.toml", up_to="1000 rad/s").unstable
