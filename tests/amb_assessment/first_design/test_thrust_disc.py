@@ -13,6 +13,7 @@ from amb_analysis.machine.machine import Machine
 from amb_assessment.assessment.analyses import axial
 from amb_assessment.assessment.engine.assess import check_machine
 from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.page.description import thrust_doubt
 from amb_assessment.assessment.physics.axial_cases import load_cases
 from amb_assessment.first_design import files
 from amb_assessment.first_design.commands import _echo_axis
@@ -27,6 +28,7 @@ from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.any_gains import any_gains
+from tests.support.messages import assert_names
 
 SPEED = 20000.0 / RPM
 
@@ -127,6 +129,22 @@ def test_a_disc_of_the_drawing_gets_its_axial_bearing(tmp_path, quick, capsys):
     printed = capsys.readouterr().out
     for fact in ("wheel", f"from {500.0 * diameter:.3g} to", "[thrust_bearing]", "machine.toml", "117.7 N"):
         assert fact in printed
+
+
+def test_axial_magnets_of_scenario_and_machine_file_that_differ_are_named(tmp_path, quick):
+    """The coil without load has I_0 - W/K_i; with I_0 the scenario has another magnet than the machine file."""
+    machine = new_machine(tmp_path / "fan", text_with_disc(), SPEED, tilt=0.5 * math.pi)
+    file, scenario = machine.folder / "machine.toml", machine.folder / "levitation.toml"
+    assert thrust_doubt(check_machine(load_machine(file))) == []
+    _, lower = machine.axis.coils
+    text = scenario.read_text()
+    assert text.count(f"{lower:.6g} A") == 1
+    scenario.write_text(text.replace(f"{lower:.6g} A", f"{machine.sizes.bias_current} A"))
+    (doubt,) = thrust_doubt(check_machine(load_machine(file)))
+    k_s, k_i = machine.axis.point.k_s, machine.axis.point.k_i
+    assert_names(
+        doubt, "117.7 N", f"{1e-6 * k_s:.4g} MN/m", f"{k_i:.4g} N/A", "thrust.bias_current_z", f"{lower:.4g} A"
+    )
 
 
 def test_it_falls_onto_its_face_and_is_lifted_off_again(made):

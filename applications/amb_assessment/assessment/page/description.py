@@ -26,6 +26,7 @@ from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from array_types import Array
 from rotor_analysis.static_load import carried_with_seals
+from thrust_bearings.disc import ThrustDisc
 
 MAGNET_HEADS = (
     "gap (mm)",
@@ -38,6 +39,7 @@ MAGNET_HEADS = (
     "L (mH)",
     "L of the gap (mH)",
 )
+AGREES = 0.1  # largest relative difference of the axial magnet's constants in runs and in the machine file
 LEAKAGE = 4.0  # factor between the inductances of file and gap, above which the file is in doubt
 
 
@@ -104,7 +106,7 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
         )
     warnings = [f"warning: {sentence}" for sentence in subject.prepared.warnings]
     tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
-    tables += [axial] if subject.file.thrust_bearing is not None else []
+    tables += [axial, *thrust_doubt(subject)] if subject.file.thrust_bearing is not None else []
     tables += [balls] if subject.file.retainer_bearings else []
     tables += [standing] if standing.row_count else []
     return [
@@ -134,6 +136,32 @@ def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
     currents = coil_currents(p)
     numbers = (1e3 * p.gap, *currents, least, most, 1e-6 * k_s, k_i, 1e3 * p.inductance, 1e3 * gap_inductance)
     return tuple(map(float, numbers))
+
+
+def thrust_doubt(subject: AssessedMachine) -> list[str]:
+    """Return a warning if the axial magnet in runs differs from the thrust bearing of the machine file.
+
+    Under the weight alone, K_s or K_i differs by more than `AGREES`. The scenario states the current of the coil that
+    carries no weight, and the machine file states the current of both coils without a load.
+    """
+    bearing, axes = subject.file.thrust_bearing, [axis for axis in subject.loop.axes if axis[1] == "z"]
+    load = 0.0 - subject.file.axial_gravity * subject.rotor.mass
+    if bearing is None or not axes or abs(load) > bearing.bearing.capacity:
+        return []
+    point, name = bearing.bearing.operating_point(load), axes[0][0]
+    k_s, k_i = operating_constants(subject.axis(*axes[0]), int(subject.parameters[ACTUATOR]["force_law"]))
+    if max(abs(k_s / point.k_s - 1.0), abs(k_i / point.k_i - 1.0)) <= AGREES:
+        return []
+    constants = "K_s {:.4g} MN/m and K_i {:.4g} N/A"
+    doubt = (
+        f"{name}.z: under the weight of {abs(load):.4g} N, the magnet of the scenario has "
+        f"{constants.format(1e-6 * k_s, k_i)}, but [thrust_bearing] has "
+        f"{constants.format(1e-6 * point.k_s, point.k_i)}"
+    )
+    if isinstance(bearing.bearing, ThrustDisc) and load:
+        lower = bearing.bearing.bias_current - abs(point.current)
+        doubt += f"; for the same coils, the scenario needs {name}.bias_current_z = {lower:.4g} A"
+    return [f"{doubt}; runs and the parts axial and axial_margins judge different magnets"]
 
 
 def inductance_doubt(axis: str, value: float, gap_inductance: float) -> list[str]:
