@@ -16,6 +16,8 @@ from typing import Any
 
 # Before numpy is loaded, here and in workers and subprocesses: the matrices are small, and threads would only wait.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+if "AMB_COSIM_TEST_CACHE" in os.environ:  # before numba is loaded; a fresh installation then compiles nothing again
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(os.environ["AMB_COSIM_TEST_CACHE"], "numba")))
 
 import hypothesis
 import platformdirs

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -17,7 +18,7 @@ try:
     import numba
     import numba.extending
 
-    from fmi_export.numba_internals import KERNEL_OPTIONS, compile_once, keep_cache_sound, keep_stores
+    from fmi_export.numba_internals import KERNEL_OPTIONS, cache_soundly, compile_once, keep_stores, user_cache
 
     keep_stores()
     COMPILED = not cast(Any, numba.config).DISABLE_JIT
@@ -62,12 +63,12 @@ PACKAGES = "PACKAGES"  # of a package: the names of all packages whose code its 
 def _compiled(function: F, **options: bool) -> F:
     if not COMPILED:
         return function
-    with _cache_of(function.__module__.split(".")[0]):
-        settings: dict[str, Any] = {"error_model": "numpy", **KERNEL_OPTIONS, **options}
-        try:
-            return cast(F, compile_once(keep_cache_sound(numba.njit(cache=True, **settings)(function))))
-        except RuntimeError:  # neither the package's nor the user's folder is writable
-            return cast(F, numba.njit(**settings)(function))
+    settings: dict[str, Any] = {"error_model": "numpy", **KERNEL_OPTIONS, **options}
+    folder = _cache_folder(function.__module__.split(".")[0], cast(Any, numba.config).CACHE_DIR)
+    if folder is not None:
+        with suppress(RuntimeError):  # numba finds no place for a cache of its own
+            return cast(F, compile_once(cache_soundly(numba.njit(cache=True, **settings)(function), folder)))
+    return cast(F, numba.njit(**settings)(function))
 
 
 def views(function: F) -> F:
@@ -81,37 +82,27 @@ def views(function: F) -> F:
     return numba.extending.register_jitable(forceinline=True, **KERNEL_OPTIONS)(function) if COMPILED else function
 
 
-@contextmanager
-def _cache_of(package: str) -> Iterator[None]:
-    """Make numba cache its code in a folder whose name depends on all the code that a kernel may call.
+@cache
+def _cache_folder(package: str, base: str) -> Path | None:
+    """Return a folder for machine code whose name depends on all the code that a kernel may call, or None.
 
     numba detects changes in the file of a function, but not in other files whose functions it calls. Without such a
     folder, numba would continue to run old machine code after an upgrade. A package whose kernels call packages other
     than `fmi_export` lists them in `PACKAGES`.
+
+    The folder is in `base`, or else in the package's `__pycache__`, or else in the user's cache. Hosts delete an FMU
+    that they have extracted, so the code of a package in an FMU is in the user's cache, or every run would compile it.
     """
-    config: Any = numba.config
-    before = config.CACHE_DIR
-    folder = _cache_folder(package, before)
-    if folder:
-        config.CACHE_DIR = folder
-    try:
-        yield
-    finally:
-        config.CACHE_DIR = before
-
-
-@cache
-def _cache_folder(package: str, base: str) -> str:
-    """Return a folder in `base`, or in the package's `__pycache__` by default; an empty text if it cannot be made."""
     here = Path(__file__).parent
     loaded = sys.modules.get(package)
     home = Path(loaded.__file__).parent if loaded is not None and loaded.__file__ else here
-    parent = Path(base) if base else home / "__pycache__"
     others = [find(name) for name in getattr(loaded, PACKAGES, ()) if name not in (package, "fmi_export")]
     code = [home, *(folder for folder in others if folder is not None), here]
-    folder = parent / "-".join(["kernels", *(digest(folder)[:16] for folder in code)])
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return ""
-    return str(folder)
+    name = "-".join(["kernels", *(digest(folder)[:16] for folder in code)])
+    in_fmu = home.parent.name == "code" and (home.parents[1] / "build.json").is_file()
+    for parent in [Path(base)] if base else [user_cache()] if in_fmu else [home / "__pycache__", user_cache()]:
+        with suppress(OSError):
+            (parent / name).mkdir(parents=True, exist_ok=True)
+            if os.access(parent / name, os.W_OK):
+                return parent / name
+    return None

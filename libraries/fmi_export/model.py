@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fmi_export.interface import Interface
 from fmi_export.jit import kernel
 from fmi_export.linear_state import LinearState
+from fmi_export.model_kernels import compile_model
 from fmi_export.variables import FAULT_CODE, filled
 
 Array = NDArray[np.float64]
@@ -217,6 +218,7 @@ class Instance:
         """Compute the initial state and outputs from parameters and inputs; raise `Fault` if this fails."""
         self.fault = 0
         self._check_inputs()
+        compile_model(self.model.initialise, self.model.step)
         self.state[:] = 0.0
         self._next_outputs[:-1] = np.nan  # so that an output that the kernel does not write is an error
         self._finish(self.model.initialise(*self._arrays))

@@ -1,4 +1,4 @@
-"""The six undocumented features of numba that this project uses, each with its purpose.
+"""The seven undocumented features of numba that this project uses, each with its purpose.
 
 `pyproject.toml` does not allow versions of numba later than the tested one. If a later version changes one of these
 features, change this file.
@@ -8,14 +8,19 @@ features, change this file.
 arrays. Without the first option, kernels are correct but several times slower, and `building.native` refuses them,
 because they call the run-time system. Without the second option, compiling takes an eighth longer.
 
-**The cache on disk** (`keep_cache_sound`, `compile_once`; `compile` and `_cache` of a dispatcher, its `_cache_file`). A
-truncated file in numba's cache, such as one left by a full disk, causes a traceback at every start. Processes that
-start together all compile the same code, which takes each of them a minute. These functions prevent both problems.
-Without them, kernels are still correct.
+**The cache on disk** (`cache_soundly`, `compile_once`, `is_in_cache`, `folder_of_cache`, `user_cache`; `compile` and
+`_cache` of a dispatcher, `numba.core.caching`, `numba.misc.appdirs`). numba finds code in its cache by the path and the
+date of the source, so that it compiles the same code again in another place. A truncated file in the cache, such as one
+left by a full disk, causes a traceback at every start. Processes that start together all compile the same code, which
+takes each of them minutes. These functions prevent all three problems. Without them, kernels are still correct.
 
 **Code for arrays at positions known only in a kernel** (`lower_array_functions`, of `numba.core` and
 `numba.np.arrayobj`). Slices, `view` and `reshape` do the same, but with divisions and branches. Without this feature, a
 step takes longer, but the results have the same bits.
+
+**Machine code of a model's two kernels only** (`compile_entries`, `linked`; methods of `numba.core.codegen`,
+`numba.core.cpu` and `numba.core.caching`). By default, numba optimises and compiles each function together with
+everything that it calls. Without this feature, the first step of the flavour `python` takes several times as long.
 
 **No machine code** (`compile_nothing`, methods of `numba.core.codegen`, and the names that numba gives to its functions
 in the assembly; see `building.native.lowering`). By default, numba links, optimises and compiles each function together
@@ -37,6 +42,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib
+from collections.abc import Collection
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -46,12 +52,17 @@ from fmi_export.compiling import compiling
 KERNEL_OPTIONS = {"_nrt": False, "no_cfunc_wrapper": True}  # options of `njit`
 
 
-def keep_cache_sound(dispatcher: Any) -> Any:
-    """Make numba recompile a function if its code in the cache is damaged, and continue if the disk is full.
+def cache_soundly(dispatcher: Any, folder: Path) -> Any:
+    """Let numba cache the machine code of a function in a folder, whatever the path and the date of its source.
 
-    Returns the function.
+    If the code in the cache is damaged, numba compiles again; if the disk is full, it continues. Returns the function.
     """
     cache_on_disk = dispatcher._cache
+    caching: Any = importlib.import_module("numba.core.caching")
+    name = f"{dispatcher.py_func.__module__}.{cache_on_disk._impl.filename_base}"
+    cache_on_disk._cache_path = str(folder)
+    cache_on_disk._cache_file = caching.IndexDataCacheFile(str(folder), name, source_stamp=None)
+    cache_on_disk._impl.locator.ensure_cache_path = lambda: folder.mkdir(parents=True, exist_ok=True)
     load, save = cache_on_disk.load_overload, cache_on_disk.save_overload
 
     def load_overload(*arguments: Any) -> Any:
@@ -79,15 +90,10 @@ def compile_once(dispatcher: Any) -> Any:
     on_disk, compile_it = dispatcher._cache, dispatcher.compile
     place, name = Path(on_disk._cache_file._index_path), f"{dispatcher.py_func.__module__}.{dispatcher.__name__}"
 
-    def is_inferred(signature: Any) -> bool:
-        with suppress(Exception):  # any error from reading a damaged file
-            return on_disk._index_key(signature, dispatcher.targetctx.codegen()) in on_disk._cache_file._load_index()
-        return False
-
     def compile_alone(signature: Any) -> Any:
         global _compiles
         with compiler_lock:
-            if _compiles or is_inferred(signature):
+            if _compiles or is_in_cache(dispatcher, signature):
                 return compile_it(signature)
             _compiles = True
             try:
@@ -101,6 +107,27 @@ def compile_once(dispatcher: Any) -> Any:
 
 
 _compiles = False  # whether this process has a lock
+
+
+def is_in_cache(kernel: Any, signature: tuple[Any, ...]) -> bool:
+    """Return whether a kernel is compiled for these types of its arguments, in this process or in the cache on disk."""
+    if signature in kernel.overloads:
+        return True
+    with suppress(Exception):  # any error from a kernel without a cache, or from reading a damaged file
+        on_disk = kernel._cache
+        return on_disk._index_key(signature, kernel.targetctx.codegen()) in on_disk._cache_file._load_index()
+    return False
+
+
+def user_cache() -> Path:
+    """Return the folder in which numba caches the code of packages whose own folders are read-only."""
+    return Path(importlib.import_module("numba.misc.appdirs").AppDirs("numba", appauthor=False).user_cache_dir)
+
+
+def folder_of_cache(kernel: Any) -> Path | None:
+    """Return the folder in which numba caches the machine code of a kernel, or None if it does not."""
+    folder = getattr(getattr(kernel, "_cache", None), "cache_path", None)
+    return None if folder is None else Path(folder)
 
 
 def lower_array_functions(part: Any, clear: Any, copy_all: Any) -> None:
@@ -207,6 +234,44 @@ def compile_nothing() -> None:
     caching.Cache.save_overload = lambda cache, signature, result: None
     cpu.CPUContext.create_cpython_wrapper = lambda context, *arguments, **options: None
     cpu.CPUContext.create_cfunc_wrapper = lambda context, *arguments: None
+
+
+def compile_entries(entries: Collection[str]) -> None:
+    """Make numba compile and cache only `entries` (`module.function`), each once with everything that it calls.
+
+    Call this before any kernel is loaded, in a process that compiles kernels for others. Every other function has the
+    function of Python that raises a MemoryError instead of machine code, so it can only be called by entries.
+    """
+    caching: Any = importlib.import_module("numba.core.caching")
+    codegen: Any = importlib.import_module("numba.core.codegen")
+    make_function: Any = importlib.import_module("numba._dynfunc").make_function
+    context: Any = importlib.import_module("numba.core.cpu").CPUContext
+    wrap, load, save = context.create_cpython_wrapper, context.get_executable, caching.Cache._save_overload
+    refuse = ctypes.cast(ctypes.pythonapi.PyErr_NoMemory, ctypes.c_void_p).value
+
+    def is_entry(described: Any) -> bool:
+        return f"{described.modname}.{described.qualname}" in entries
+
+    def wrap_entry(context: Any, library: Any, described: Any, *arguments: Any, **options: Any) -> None:
+        if is_entry(described):
+            wrap(context, library, described, *arguments, **options)
+
+    def load_entry(context: Any, library: Any, described: Any, environment: Any) -> Any:
+        if not is_entry(described):
+            return make_function(described.lookup_module(), described.qualname, "", refuse, environment, (library,))
+        if not library.codegen._engine.is_symbol_defined(described.llvm_cpython_wrapper_name):  # nor from the cache
+            library._final_module = linked(library)
+            library._optimize_final_module()
+            library._finalize_final_module()
+        return load(context, library, described, environment)
+
+    def save_entry(cache_on_disk: Any, signature: Any, result: Any) -> None:
+        if is_entry(result.fndesc):
+            save(cache_on_disk, signature, result)
+
+    codegen.CPUCodeLibrary.finalize = finalize
+    context.create_cpython_wrapper, context.get_executable = wrap_entry, load_entry
+    caching.Cache._save_overload = save_entry
 
 
 def type_calls_once() -> None:

@@ -21,6 +21,7 @@ from pythonfmu.enums import Fmi2Status
 
 from fmi_export.log_categories import LOG_CATEGORIES
 from fmi_export.model import Array
+from fmi_export.model_kernels import compile_model
 
 
 class ModelSlave(Fmi2Slave):  # type: ignore[misc]
@@ -52,6 +53,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         self.arrays += [np.ctypeslib.as_array((c_double * size).from_address(address)) for address, size in places]
 
     def enter_initialization_mode(self) -> None:
+        compile_model(self.model.initialise, self.model.step)
         self._call(self.model.initialise)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
