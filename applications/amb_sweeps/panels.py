@@ -72,8 +72,8 @@ def words_of(name: str, described: str) -> str:
 
 
 def first_words(described: str) -> str:
-    """Return the beginning of a description, without its explanation."""
-    return re.split(r"; | \(| at the beginning", described)[0]
+    """Return the beginning of a description, without its explanation but with the event from which it applies."""
+    return re.split(r"; |, (?!from |before )| \(| at the beginning", described)[0]
 
 
 def short(name: str) -> str:

@@ -334,21 +334,22 @@ def _faults(planes: Planes) -> dict[int, str]:
         FAULT_LONG_STEP: "step size = {step_size} s is not allowed; it must be at most 100000 times "
         "solver.max_substep = {solver.max_substep} s",
         FAULT_ENERGY: "energy is not conserved: energy.balance = {energy.balance} J is more than solver.energy_limit = "
-        "{solver.energy_limit} of the largest energy so far; lower solver.max_substep; in contact, lower contact "
-        "stiffness or friction",
+        "{solver.energy_limit} times the largest energy so far; lower solver.max_substep or, in contact, the contact "
+        "stiffness or the friction",
         FAULT_TOO_STIFF: "a contact or a bearing is too stiff: it requires more than 100000 substeps in one "
         "communication step; lower its stiffness or damping, raise delta_c, or shorten the step",
         FAULT_INERTIA: "spin.inertia = {spin.inertia} kg.m2 is not allowed with a free spin and this unbalance; "
-        "it must be the polar inertia of rotor and drive, greater than that of the unbalance itself",
-        FAULT_FAST: "a housing, a race or the spin changes too fast: mount_stiffness and mount_damping over "
-        "housing_mass, drag over race_inertia, drive.gain over spin.inertia must give time constants of at least 0.5 "
-        "us",
+        "it must be the polar moment of inertia of the rotor and its drive, which exceeds that of the unbalance itself",
+        FAULT_FAST: "a housing, a race or the spin changes too fast; the time constants of housing_mass with "
+        "mount_stiffness and mount_damping, of race_inertia with its drag, and of spin.inertia with drive.gain must be "
+        "at least 0.5 us",
         FAULT_NODAL: "contact.impact_law = 0 (nodal) is not allowed if a housing can move; it must be 1 (newton), "
         "which conserves momentum",
         **{
             FAULT_OFFSET
             + k: f"{site}.offset_x = {{{site}.offset_x}} m, {site}.offset_y = {{{site}.offset_y}} m is not "
-            f"allowed; the distance must be < {{{site}.clearance}} m, the clearance, for the rotor to start free"
+            f"allowed; their distance from the centre must be < the clearance, {{{site}.clearance}} m, so that the "
+            f"rotor starts free"
             for k, site in enumerate(site.name for site in planes.sites)
         },
     }

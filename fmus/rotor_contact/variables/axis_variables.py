@@ -7,19 +7,19 @@ from fmi_export.variables import Variable, input_, output, parameter
 
 def axis_inputs(bearing: str, axis: str) -> list[Variable]:
     """Return a bearing's inputs along an axis: force, its gradient, and displacement at which the force applies."""
-    at = f"{bearing.upper()}, {axis} axis"
+    at = f"at {bearing.upper()} in {axis}"
     return [
-        input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),
+        input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor {at}", field="force"),
         input_(
             f"{bearing}.k_{axis}{axis}",
             "N/m",
-            f"Gradient of that force with respect to displacement, {at}",
+            f"Gradient of the force {at} with respect to the displacement, positive if destabilising",
             field="gradient",
         ),
         input_(
             f"{bearing}.{axis}_ref",
             "m",
-            f"Displacement at which that force applies, {at}",
+            f"Displacement at which the force {at} was evaluated",
             field="reference",
             display_unit="um",
         ),
@@ -32,8 +32,8 @@ def axial_parameters(thrust: str) -> list[Variable]:
         parameter(
             f"{thrust}.tilt",
             "rad",
-            "Angle of the shaft above the horizontal, positive with the end of larger z up; gravity acts along the "
-            "shaft with its sine and across it with its cosine",
+            "Angle at which the shaft rises towards larger z, so that gravity acts along the shaft with its sine and "
+            "across the shaft with its cosine",
             0.0,
         )
     ]
@@ -43,8 +43,8 @@ def axial_inputs(thrust: str) -> list[Variable]:
     """Return the inputs along the shaft: thrust magnet, any other force, and acceleration of the base."""
     return [
         *axis_inputs(thrust, "z"),
-        input_(f"{thrust}.f_process", "N", "Other force on the rotor along the shaft, such as the process force"),
-        input_("base.a_z", "m/s2", "Acceleration of the base along the shaft", field="base_acceleration"),
+        input_(f"{thrust}.f_process", "N", "Other force on the rotor in z, such as the process force"),
+        input_("base.a_z", "m/s2", "Acceleration of the base in z", field="base_acceleration"),
     ]
 
 
@@ -54,9 +54,9 @@ def axial_outputs(thrust: str) -> list[Variable]:
         output(
             f"{thrust}.z",
             "m",
-            "Displacement of the rotor along the shaft",
+            "Displacement of the rotor in z from the middle of its travel",
             initially_depends_on=(),
             display_unit="um",
         ),
-        output(f"{thrust}.speed", "m/s", "Velocity of the rotor along the shaft", initially_depends_on=()),
+        output(f"{thrust}.speed", "m/s", "Velocity of the rotor in z", initially_depends_on=()),
     ]

@@ -167,16 +167,17 @@ def switched_kelvin_voigt(site: np.record, delta: float, rate: float) -> Respons
 
 
 COMPLIANT: tuple[tuple[Law, str], ...] = (  # formulas, whose names the laws have, with their descriptions
-    (linear, "spring"),
-    (hertz, "power 3/2 of the penetration"),
-    (kelvin_voigt, "spring and damper"),
-    (kirk, "spring and damper that engage gradually with penetration"),
-    (hunt_crossley, "Hertz with damping"),
-    (ulbrich, "Hertz with loss"),
-    (switched_kelvin_voigt, "spring and damper that never pull"),
+    (linear, "a spring"),
+    (hertz, "a force that grows with the power 3/2 of the penetration"),
+    (kelvin_voigt, "a spring and a damper"),
+    (kirk, "a spring and a damper that engage gradually with the penetration"),
+    (hunt_crossley, "the hertz law with damping"),
+    (ulbrich, "the hertz law with a loss"),
+    (switched_kelvin_voigt, "a spring and a damper with a smooth switch at zero penetration and at zero force"),
 )
 CONTACT_LAW = Enumeration(
-    "ContactLaw", (("constraint", "rigid"), *((formula.__name__, description) for formula, description in COMPLIANT))
+    "ContactLaw",
+    (("constraint", "a rigid contact"), *((formula.__name__, description) for formula, description in COMPLIANT)),
 )
 LAWS = CONTACT_LAW.names
 CONSTRAINT = 0
@@ -206,28 +207,32 @@ def law_parameters(site: str) -> list[Variable]:
     at = f"at {site.upper()}"
 
     def users(name: str) -> str:
-        return ", ".join(formula.__name__ for formula, _ in COMPLIANT if name in formula.__code__.co_names)
+        *others, last = (formula.__name__ for formula, _ in COMPLIANT if name in formula.__code__.co_names)
+        return " and ".join([", ".join(others), last] if others else [last])
 
     return [
         parameter(
             f"{site}.k_c",
             "N/m",
-            f"Contact stiffness {at} in all laws except the constraint; if the stiffness grows with the penetration, "
-            f"its value at delta_c",
+            f"Contact stiffness {at} of all laws except constraint, or the force per penetration at delta_c if the "
+            f"stiffness grows with the penetration",
             1e8,
             minimum=1.0,
             maximum=1e12,
         ),
-        parameter(f"{site}.c_c", "N.s/m", f"Contact damping {at} in {users('c_c')}", 0.0, minimum=0.0, maximum=1e9),
+        parameter(
+            f"{site}.c_c", "N.s/m", f"Contact damping {at}, used by {users('c_c')}", 0.0, minimum=0.0, maximum=1e9
+        ),
         parameter(
             f"{site}.delta_c",
             "m",
-            f"Penetration {at} at which the stiffness is k_c, or the law is fully engaged or switches, in "
-            f"{users('delta_c')}",
+            f"Reference penetration {at}, used by {users('delta_c')}",
             1e-5,
             minimum=1e-9,
             maximum=1e-2,
         ),
-        parameter(f"{site}.alpha_c", "s/m", f"Damping {at} in {users('alpha_c')}", 0.0, minimum=0.0, maximum=1e3),
-        parameter(f"{site}.eta", "1", f"Loss {at} in {users('eta')}", 0.0, minimum=0.0, maximum=0.66),
+        parameter(
+            f"{site}.alpha_c", "s/m", f"Damping factor {at}, used by {users('alpha_c')}", 0.0, minimum=0.0, maximum=1e3
+        ),
+        parameter(f"{site}.eta", "1", f"Loss factor {at}, used by {users('eta')}", 0.0, minimum=0.0, maximum=0.66),
     ]

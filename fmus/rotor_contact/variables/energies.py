@@ -26,50 +26,50 @@ def energies(planes: Planes) -> list[Variable]:
         output(
             "energy.kinetic",
             "J",
-            "Kinetic energy of lateral and axial motion, of housings, races and a free spin",
+            "Kinetic energy of the lateral and axial motion, of housings, of races and of a free spin",
             initially_depends_on=(*start_values.motion(planes), "spin.free", "spin.inertia", "drive.ideal"),
         ),
         output(
             "energy.strain",
             "J",
-            "Strain energy of shaft, passive bearings, mounts and compliant contacts, without seals",
+            "Strain energy of the shaft, passive bearings, mounts, compliant contacts and faces, without seals",
             initially_depends_on=start_values.strain(planes),
         ),
         output(
             "energy.damping",
             "J",
-            "Heat so far from damping: passive bearings, seals, shaft, mounts, drag of a free spin",
+            "Heat so far from passive bearings, seals, the shaft and mounts, and from the drag on a free spin",
             initially_depends_on=(),
         ),
         output(
             "energy.friction",
             "J",
-            "Heat so far from sliding friction at sites and faces, and from race drag",
+            "Heat so far from sliding friction at sites and faces, and from the drag on races",
             initially_depends_on=(),
         ),
         output(
             "energy.impact",
             "J",
-            "Energy lost in impacts so far, including their friction, in compliant contacts and in the dampers of "
-            "faces; heat, except under the nodal impact rule, where it may decrease",
+            "Energy lost so far in impacts and their friction, in compliant contacts and in the dampers of faces, "
+            "which can decrease under the nodal impact law",
             initially_depends_on=(),
         ),
         output(
             "energy.dissipated",
             "J",
-            "Sum of the three losses; with the nodal impact rule, not all of it is heat",
+            "Sum of energy.damping, energy.friction and energy.impact, which is heat except under the nodal impact law",
             initially_depends_on=(),
         ),
         output(
             "energy.work",
             "J",
-            "Work of all inputs (including the drive) and of the seals' stiffness so far",
+            "Work done so far on the rotor by all inputs, gravity, the drive and the stiffness of the seals",
             initially_depends_on=(),
         ),
         output(
             "energy.balance",
             "J",
-            "Change of kinetic + strain + dissipated minus work; ideally zero",
+            "Change of kinetic and strain energy since the start, plus energy.dissipated, minus energy.work",
             initially_depends_on=(),
         ),
     ]

@@ -7,8 +7,8 @@ from fmi_export.variables import Enumeration
 IMPACT_LAW = Enumeration(
     "ImpactLaw",
     (
-        ("nodal", "only the radial velocity of the touching node becomes zero (4.22, 4.23)"),
-        ("newton", "momentum-consistent impact with restitution"),
+        ("nodal", "only the radial velocity of the touching node becomes zero"),
+        ("newton", "momentum is conserved, and the rotor rebounds with the coefficient of restitution of the site"),
     ),
 )
 NODAL, NEWTON = range(2)
@@ -17,16 +17,16 @@ FREE, SLIDING, ROLLING = range(3)
 METHOD = Enumeration(  # how a step was computed
     "Method",
     (
-        ("exact", "the whole step by matrices"),
-        ("pieces", "halves, quarters, ... of the step by matrices"),
-        ("events", "partly by substeps, where the motion is not smooth enough for a piece"),
+        ("exact", "matrices of the exact motion, for the whole step"),
+        ("pieces", "matrices of the exact motion, for halves, quarters or smaller pieces of the step"),
+        ("events", "matrices for some pieces of the step, and substeps where the motion is not smooth enough for them"),
         (
             "no_matrices",
-            "by substeps, because there are no matrices: they need 32 equal steps (1 at the start), and neither the "
-            "speed nor a mode may be too fast",
+            "substeps, because an input of the matrices, such as the step size, changed within the last 32 steps, or "
+            "because the speed or a mode is too fast for matrices",
         ),
-        ("compliant", "by substeps: a compliant contact law"),
-        ("integrated", "by substeps: solver.exact_motion is false"),
+        ("compliant", "substeps, because a site has a compliant contact law"),
+        ("integrated", "substeps, because solver.exact_motion is false"),
     ),
 )
 EXACT, PIECES, EVENTS, NO_MATRICES, COMPLIANT, INTEGRATED = range(6)

@@ -13,20 +13,27 @@ def face_parameters(of: Face) -> list[Variable]:
     """Return the parameters of a face."""
     face, at = of.name, f"at {of.name.upper()}"
     return [
-        parameter(f"{face}.enabled", "1", f"Whether the rotor can touch its seat {at}", 1.0, type="Boolean"),
+        parameter(f"{face}.enabled", "1", f"Whether the rotor can touch the seat {at}", 1.0, type="Boolean"),
         parameter(
             f"{face}.clearance",
             "m",
-            f"Distance to the seat with the rotor in the middle {at}",
+            f"Distance to the seat {at} while the rotor is in the middle of its travel",
             of.clearance,
             minimum=1e-6,
             maximum=0.1,
         ),
-        parameter(f"{face}.radius", "m", f"Mean radius of the ring {at}", of.radius, minimum=1e-4, maximum=10.0),
+        parameter(
+            f"{face}.radius",
+            "m",
+            f"Mean radius of the ring that touches the seat {at}",
+            of.radius,
+            minimum=1e-4,
+            maximum=10.0,
+        ),
         parameter(
             f"{face}.stiffness",
             "N/m",
-            f"Stiffness of ring and seat {at}, in the direction of the shaft",
+            f"Stiffness of the ring and the seat {at} in z",
             STIFFNESS,
             minimum=1e3,
             maximum=1e12,
@@ -34,7 +41,7 @@ def face_parameters(of: Face) -> list[Variable]:
         parameter(
             f"{face}.restitution",
             "1",
-            f"Coefficient of restitution {at}, which sets the damping of ring and seat",
+            f"Coefficient of restitution {at}, which determines the damping of the ring and the seat",
             RESTITUTION,
             minimum=0.05,
             maximum=1.0,
@@ -42,7 +49,8 @@ def face_parameters(of: Face) -> list[Variable]:
         parameter(
             f"{face}.on_mount",
             "1",
-            f"Whether the seat {at} moves across the shaft with the housing of its retainer, and pushes it by friction",
+            f"Whether the seat {at} moves in x and y with the housing of its retainer, and pushes the housing by "
+            f"friction",
             1.0,
             type="Boolean",
         ),
@@ -68,30 +76,33 @@ def face_outputs(face: str) -> list[Variable]:
         output(
             f"{face}.gap",
             "m",
-            f"Remaining distance from the seat {at}, mean over the ring; negative under load",
+            f"Mean distance of the ring from the seat {at}, which is negative under load",
             initially_depends_on=(f"{face}.clearance",),
             display_unit="um",
         ),
         output(f"{face}.mode", "1", f"Mode of contact {at}", initially_depends_on=(), **enumerated(CONTACT_MODE)),
-        output(f"{face}.f_n", "N", f"Force of the seat on the rotor along the shaft {at}", initially_depends_on=()),
+        output(
+            f"{face}.f_n", "N", f"Magnitude of the force of the seat {at} on the rotor in z", initially_depends_on=()
+        ),
         output(
             f"{face}.f_n_peak",
             "N",
-            f"Largest value of this force {at} during the last communication step",
+            f"Largest force of the seat {at} on the rotor during the last communication step",
             initially_depends_on=(),
             over_step="largest",
         ),
         output(
             f"{face}.f_n_mean",
             "N",
-            f"Mean of this force {at} over the last communication step",
+            f"Mean force of the seat {at} on the rotor over the last communication step",
             initially_depends_on=(),
             over_step="mean",
         ),
         output(
             f"{face}.torque",
             "N.m",
-            f"Mean torque of friction on the rotor {at} over the last communication step",
+            f"Mean friction torque on the rotor {at} over the last communication step, positive in the direction of "
+            f"positive spin",
             initially_depends_on=(),
             over_step="mean",
         ),
@@ -99,7 +110,7 @@ def face_outputs(face: str) -> list[Variable]:
             output(
                 f"{face}.centre_{axis}",
                 "m",
-                f"Centre of pressure {at} in {axis}, from the middle of the ring",
+                f"Distance in {axis} of the centre of pressure {at} from the middle of the ring",
                 initially_depends_on=(),
             )
             for axis in "xy"

@@ -16,17 +16,17 @@ from rotor_contact.variables.site_variables import site_outputs, site_parameters
 
 
 def _bearing_parameters(bearing: str) -> list[Variable]:
-    at = f"at {bearing.upper()}, both axes; added to the input forces"
+    at = f"at {bearing.upper()} in x and y, in addition to the input forces"
     return [
-        parameter(f"{bearing}.k_b", "N/m", f"Passive bearing stiffness {at}", 0.0, tunable=True),
-        parameter(f"{bearing}.c_b", "N.s/m", f"Passive bearing damping {at}", 0.0, minimum=0.0, tunable=True),
+        parameter(f"{bearing}.k_b", "N/m", f"Stiffness of a passive bearing {at}", 0.0, tunable=True),
+        parameter(f"{bearing}.c_b", "N.s/m", f"Damping of a passive bearing {at}", 0.0, minimum=0.0, tunable=True),
     ]
 
 
 def _unbalance_inputs(name: str, what: str) -> list[Variable]:
     return [
         input_(f"{name}.u", "kg.m", f"Unbalance of {what}", minimum=0.0),
-        input_(f"{name}.phi", "rad", f"Angle of that unbalance from the rotor's mark, {what}"),
+        input_(f"{name}.phi", "rad", f"Angle of the unbalance of {what} relative to the rotor angle theta"),
     ]
 
 
@@ -44,7 +44,8 @@ def _seal_outputs(seal: str) -> list[Variable]:
         output(
             f"{seal}.beyond_table",
             "1",
-            f"Whether the speed is outside the range of {seal.upper()}'s coefficients, which are then constant",
+            f"Whether the speed is outside the range for which {seal.upper()} has coefficients, so that those at its "
+            f"limit are used",
             type="Boolean",
             initially_depends_on=("Omega",),
             warning=f"the speed is outside the range for which {seal} has coefficients; the coefficients at the limit "
@@ -58,7 +59,7 @@ def _displacement_output(name: str, what: str, initially_depends_on: tuple[str, 
 
 
 def _sensor_array(names: list[str]) -> Array:
-    return Array("sensors", f"Sensor displacements: {', '.join(names)}")
+    return Array("sensors", f"Displacements of the rotor at the sensors {', '.join(names)}")
 
 
 def interface_of(planes: Planes) -> Interface:
@@ -66,10 +67,15 @@ def interface_of(planes: Planes) -> Interface:
     sites, bearings, thrust = planes.sites, planes.bearings, [(planes.thrust,)] if planes.thrust else []
     axes = [(bearing, axis) for bearing in bearings for axis in "xy"]
     displacements = [
-        (f"{b}.{a}", f"Displacement at {b.upper()} in {a}", start_values.displacement(planes, b, a)) for b, a in axes
+        (f"{b}.{a}", f"Displacement of the rotor at {b.upper()} in {a}", start_values.displacement(planes, b, a))
+        for b, a in axes
     ]
     sensors = [
-        (name, f"Sensor displacement, {p.name}, in {a}", start_values.displacement(planes, p.name, a))
+        (
+            name,
+            f"Displacement of the rotor at sensor plane {p.name} in {a}",
+            start_values.displacement(planes, p.name, a),
+        )
         for p in planes.sensors
         for name, a in ((p.x, "x"), (p.y, "y"))
     ]
@@ -83,18 +89,23 @@ def interface_of(planes: Planes) -> Interface:
         input_(
             "Omega",
             "rad/s",
-            "Spin speed at the beginning of a step; with spin.free, the initial speed, and then the speed demanded of "
+            "Spin speed at the beginning of a step, or with spin.free the initial speed and then the speed demanded of "
             "the drive",
             minimum=-1e4,
             maximum=1e4,
         ),
-        input_("Omega_dot", "rad/s2", "Spin acceleration during a step, without spin.free"),
-        input_("drive.torque", "N.m", "Torque of the drive at the demanded speed, with spin.free"),
-        input_("drive.torque_limit", "N.m", "Largest torque of the drive, in either direction; 0: off", minimum=0.0),
+        input_("Omega_dot", "rad/s2", "Spin acceleration during a step, ignored with spin.free"),
+        input_("drive.torque", "N.m", "Torque of the drive at the demanded speed, used with spin.free"),
+        input_(
+            "drive.torque_limit",
+            "N.m",
+            "Largest torque of the drive in either direction, or 0 for a drive that is off",
+            minimum=0.0,
+        ),
         input_(
             "drive.ideal",
             "1",
-            "Whether the drive holds the demanded speed with any torque that this requires, with spin.free",
+            "Whether the drive of a free spin holds the demanded speed, whatever torque this requires",
             type="Boolean",
         ),
         input_("base.a_x", "m/s2", "Acceleration of the base in x", field="base_acceleration.x"),
@@ -106,7 +117,7 @@ def interface_of(planes: Planes) -> Interface:
         output(
             "theta",
             "rad",
-            "Rotor angle, within one turn",
+            "Rotor angle within one turn, positive from x towards y",
             minimum=0.0,
             maximum=2.0 * math.pi,
             initially_depends_on=("initial.angle",),
@@ -124,17 +135,17 @@ def interface_of(planes: Planes) -> Interface:
         output(
             "solver.energy_missed",
             "1",
-            "Whether energy.balance is off by more than a tenth of solver.energy_limit",
+            "Whether energy.balance, relative to the largest energy so far, exceeds a tenth of solver.energy_limit",
             type="Boolean",
             initially_depends_on=(),
-            warning="energy is not conserved: energy.balance is off by more than a tenth of solver.energy_limit = "
-            "{solver.energy_limit}; compare with solver.exact_motion = false, or with a solver.max_substep below "
-            "{solver.max_substep} s",
+            warning="energy is not conserved: energy.balance exceeds a tenth of solver.energy_limit = "
+            "{solver.energy_limit} times the largest energy so far; compare with solver.exact_motion = false, or with "
+            "a solver.max_substep below {solver.max_substep} s",
         ),
         output(
             "solver.method",
             "1",
-            "Method used for the last step",
+            "Method that computed the last step",
             initially_depends_on=(),
             over_step="largest",
             **enumerated(METHOD),
@@ -142,10 +153,10 @@ def interface_of(planes: Planes) -> Interface:
         output(
             "drive.at_limit",
             "1",
-            "Whether the drive would need more torque than its limit",
+            "Whether the drive would need more than drive.torque_limit to follow the demanded speed",
             type="Boolean",
             initially_depends_on=(),
-            warning="the drive is at its limit, drive.torque_limit = {drive.torque_limit} N.m: it does not hold the "
+            warning="the drive is at its limit, drive.torque_limit = {drive.torque_limit} N.m, and does not hold the "
             "speed",
         ),
         repeated("displacements", displacements, _displacement_output),
@@ -163,11 +174,11 @@ def interface_of(planes: Planes) -> Interface:
 def _contact_state(planes: Planes) -> Variable:
     """Return the output for touched retainers: a sum of 1, 2, 4, ... for the first, second, third, ... bearing."""
     parts = [
-        f"{2**k} {' or '.join(site.name.upper() for site in planes.sites if site.bearing == bearing) or bearing}"
+        f"{2**k} for {' or '.join(site.name.upper() for site in planes.sites if site.bearing == bearing) or bearing}"
         for k, bearing in enumerate(planes.bearings)
     ]
     largest = 2 ** len(planes.bearings) - 1
-    description = f"Contact in the bearings: 0 for none, otherwise the sum of {', '.join(parts)}"
+    description = f"Contact with the retainers, as the sum of {', '.join(parts)}, or 0 without contact"
     start = start_values.forces(planes) if any(site.bearing in planes.bearings for site in planes.sites) else ()
     return output(
         "contact_state", "1", description, type="Integer", minimum=0, maximum=largest, initially_depends_on=start
@@ -176,44 +187,68 @@ def _contact_state(planes: Planes) -> Variable:
 
 def _model_parameters(max_substep: float) -> list[Variable]:
     return [
-        parameter("contact.impact_law", "1", "Effect of an impact on the velocities", NEWTON, **enumerated(IMPACT_LAW)),
-        parameter("solver.max_substep", "s", "Longest integration step", max_substep, minimum=1e-9, maximum=1e-3),
+        parameter(
+            "contact.impact_law",
+            "1",
+            "Effect of an impact on the velocities of the rotor",
+            NEWTON,
+            **enumerated(IMPACT_LAW),
+        ),
+        parameter(
+            "solver.max_substep",
+            "s",
+            "Length of the longest substep of the integration",
+            max_substep,
+            minimum=1e-9,
+            maximum=1e-3,
+        ),
         parameter(
             "solver.tolerance",
             "m/s",
-            "Error of the velocities above which an integration step is halved, twice at most",
+            "Error of the velocities above which a substep is halved, at most twice",
             5e-6,
             minimum=0.0,
         ),
         parameter(
             "solver.energy_limit",
             "1",
-            "Share of the largest energy so far by which energy.balance may deviate before the step fails; a tenth of "
-            "it causes a warning",
+            "Ratio of energy.balance to the largest energy so far above which a step fails, with a warning above a "
+            "tenth of it",
             0.1,
             minimum=0.0,
         ),
         parameter(
             "solver.exact_motion",
             "1",
-            "Compute steps by the exact solution of the linear motion after 32 similar steps (one at the start), and "
-            "contact by collocation",
+            "Whether the exact solution of the linear motion, and collocation during contact, replace substeps where "
+            "possible",
             1.0,
             type="Boolean",
         ),
-        parameter("gravity", "m/s2", "Gravity", 0.0),
+        parameter(
+            "gravity",
+            "m/s2",
+            "Acceleration of gravity, or 0 if displacements are measured from the levitated equilibrium",
+            0.0,
+        ),
         parameter(
             "gravity_angle",
             "rad",
-            "Direction of gravity, from x towards y; by default towards negative x and y",
+            "Direction of gravity, as an angle from x towards y",
             1.25 * math.pi,
         ),
-        parameter("ambient_temperature", "K", "Temperature around the retainers", 293.15, minimum=0.0),
+        parameter(
+            "ambient_temperature",
+            "K",
+            "Temperature of the surroundings, at which the retainers start",
+            293.15,
+            minimum=0.0,
+        ),
         parameter(
             "initial.orbit",
             "1",
-            "Start on the synchronous orbit in the passive bearings instead of at rest; positions beyond a retainer "
-            "are moved back to it",
+            "Whether the rotor starts on its synchronous orbit in the passive bearings, limited to the clearances, "
+            "instead of at rest",
             0.0,
             type="Boolean",
         ),
@@ -226,16 +261,25 @@ def _spin_parameters(polar_inertia: float) -> list[Variable]:
         parameter(
             "spin.free",
             "1",
-            "Whether the spin is a degree of freedom: the drive, friction at the sites and unbalance change the speed",
+            "Whether torques of the drive, friction, drag and unbalance determine the spin speed, instead of Omega",
             0.0,
             type="Boolean",
         ),
-        parameter("spin.inertia", "kg.m2", "Polar inertia of rotor and drive", polar_inertia, minimum=0.0),
-        parameter("spin.drag", "N.m.s", "Viscous drag on the spin", 0.0, minimum=0.0),
+        parameter(
+            "spin.inertia",
+            "kg.m2",
+            "Polar moment of inertia of the rotor and its drive, used with spin.free",
+            polar_inertia,
+            minimum=0.0,
+        ),
+        parameter(
+            "spin.drag", "N.m.s", "Coefficient of the viscous drag on the spin, used with spin.free", 0.0, minimum=0.0
+        ),
         parameter(
             "drive.gain",
             "N.m.s",
-            "Torque of the drive per difference from the demanded Omega",
+            "Torque of the drive per difference between the demanded speed Omega and the spin speed, used with "
+            "spin.free",
             0.0,
             minimum=0.0,
         ),

@@ -14,14 +14,14 @@ def site_parameters(contact: ContactSite) -> list[Variable]:
     site = contact.name
     at = f"at {site.upper()}"
     return [
-        parameter(f"{site}.enabled", "1", f"Whether the rotor can touch {at}", 1.0, type="Boolean"),
+        parameter(f"{site}.enabled", "1", f"Whether the rotor can make contact {at}", 1.0, type="Boolean"),
         parameter(f"{site}.law", "1", f"Contact law {at}", CONSTRAINT, **enumerated(CONTACT_LAW)),
         parameter(f"{site}.clearance", "m", f"Radial clearance {at}", contact.clearance, minimum=1e-6, maximum=0.1),
         parameter(f"{site}.mu", "1", f"Coefficient of friction {at}", 0.0, minimum=0.0, maximum=10.0),
         parameter(
             f"{site}.mu_static",
             "1",
-            f"Coefficient of static friction {at}; the sliding coefficient applies if larger",
+            f"Coefficient of static friction {at}, or mu if that is larger",
             0.0,
             minimum=0.0,
             maximum=10.0,
@@ -29,7 +29,7 @@ def site_parameters(contact: ContactSite) -> list[Variable]:
         parameter(
             f"{site}.stribeck_velocity",
             "m/s",
-            f"Slip velocity {at} over which sliding friction falls from mu_static to mu; 0: mu at any slip",
+            f"Slip velocity {at} over which sliding friction falls from mu_static to mu, or 0 for mu at any slip",
             0.0,
             minimum=0.0,
             maximum=1e3,
@@ -37,16 +37,21 @@ def site_parameters(contact: ContactSite) -> list[Variable]:
         parameter(
             f"{site}.restitution",
             "1",
-            f"Coefficient of restitution {at}, of the newton impact law",
+            f"Coefficient of restitution {at}, used by the newton impact law",
             0.0,
             minimum=0.0,
             maximum=1.0,
         ),
         parameter(
-            f"{site}.journal_radius", "m", f"Journal radius {at}", contact.journal_radius, minimum=0.0, maximum=10.0
+            f"{site}.journal_radius",
+            "m",
+            f"Radius of the journal {at}",
+            contact.journal_radius,
+            minimum=0.0,
+            maximum=10.0,
         ),
-        parameter(f"{site}.offset_x", "m", f"Centre of the clearance in x {at}", 0.0),
-        parameter(f"{site}.offset_y", "m", f"Centre of the clearance in y {at}", 0.0),
+        parameter(f"{site}.offset_x", "m", f"Position of the centre of the clearance {at} in x", 0.0),
+        parameter(f"{site}.offset_y", "m", f"Position of the centre of the clearance {at} in y", 0.0),
         *law_parameters(site),
         *_retainer_parameters(site, at),
     ]
@@ -56,43 +61,69 @@ def _retainer_parameters(site: str, at: str) -> list[Variable]:
     """Return the parameters of a retainer as a body: housing on a mount, race, and temperature."""
     not_negative = {"minimum": 0.0, "maximum": 1e12}
     return [
-        parameter(f"{site}.housing_mass", "kg", f"Mass of the retainer's housing {at}; 0: fixed", 0.0, **not_negative),
+        parameter(
+            f"{site}.housing_mass",
+            "kg",
+            f"Mass of the housing of the retainer {at}, or 0 for a fixed housing",
+            0.0,
+            **not_negative,
+        ),
         *(
             parameter(
-                f"{site}.mount_stiffness_{axis}", "N/m", f"Stiffness of its mount {at} in {axis}", 0.0, **not_negative
+                f"{site}.mount_stiffness_{axis}",
+                "N/m",
+                f"Stiffness of the mount of the housing {at} in {axis}",
+                0.0,
+                **not_negative,
             )
             for axis in "xy"
         ),
         *(
             parameter(
-                f"{site}.mount_damping_{axis}", "N.s/m", f"Damping of its mount {at} in {axis}", 0.0, **not_negative
+                f"{site}.mount_damping_{axis}",
+                "N.s/m",
+                f"Damping of the mount of the housing {at} in {axis}",
+                0.0,
+                **not_negative,
             )
             for axis in "xy"
         ),
         parameter(
             f"{site}.race_inertia",
             "kg.m2",
-            f"Polar inertia of the rotating parts of the retainer {at}, race and rolling elements; 0: none",
+            f"Polar moment of inertia of the race and rolling elements {at}, or 0 for a race that does not rotate",
             0.0,
             **not_negative,
         ),
-        parameter(f"{site}.race_drag", "N.m", f"Constant drag on the race {at}", 0.0, **not_negative),
-        parameter(f"{site}.race_viscous_drag", "N.m.s", f"Viscous drag on the race {at}", 0.0, **not_negative),
+        parameter(f"{site}.race_drag", "N.m", f"Constant drag torque on the race {at}", 0.0, **not_negative),
+        parameter(
+            f"{site}.race_viscous_drag",
+            "N.m.s",
+            f"Coefficient of the viscous drag on the race {at}",
+            0.0,
+            **not_negative,
+        ),
         parameter(
             f"{site}.heat_capacity",
             "J/K",
-            f"Heat capacity of the retainer {at}; 0: constant temperature",
+            f"Heat capacity of the retainer {at}, or 0 for a constant temperature",
             0.0,
             **not_negative,
         ),
         parameter(
             f"{site}.heat_transfer",
             "W/K",
-            f"Heat flow to the surroundings per temperature difference {at}",
+            f"Heat flow from the retainer {at} to the surroundings per temperature difference",
             0.0,
             **not_negative,
         ),
-        parameter(f"{site}.temperature_limit", "K", f"Allowed temperature {at}", 393.15, **not_negative),
+        parameter(
+            f"{site}.temperature_limit",
+            "K",
+            f"Highest allowed temperature of the retainer {at}",
+            393.15,
+            **not_negative,
+        ),
     ]
 
 
@@ -109,7 +140,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             output(
                 f"{site}.{axis}",
                 "m",
-                f"Displacement of the journal from the centre of the retainer {at} in {axis}",
+                f"Displacement of the journal {at} in {axis} from the centre of the retainer",
                 initially_depends_on=journal,
                 display_unit="um",
             )
@@ -118,7 +149,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.gap",
             "m",
-            f"Remaining clearance {at}, zero in contact, negative in compliant contact",
+            f"Remaining clearance {at}, which is zero in rigid contact and negative in compliant contact",
             initially_depends_on=journal,
             display_unit="um",
         ),
@@ -129,53 +160,57 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             initially_depends_on=forces,
             **enumerated(CONTACT_MODE),
         ),
-        output(f"{site}.f_n", "N", f"Normal contact force {at}, inward on the rotor", initially_depends_on=forces),
+        output(
+            f"{site}.f_n", "N", f"Normal contact force on the rotor {at}, positive inward", initially_depends_on=forces
+        ),
         output(
             f"{site}.f_n_peak",
             "N",
-            f"Largest normal contact force {at} during the last communication step, without impact impulses",
+            f"Largest normal contact force {at} during the last communication step, without the impulses of impacts",
             initially_depends_on=forces,
             over_step="largest",
         ),
         output(
             f"{site}.f_n_mean",
             "N",
-            f"Mean of the normal contact force {at} over the last communication step, including impact impulses "
-            f"(whose mean grows as steps get shorter)",
+            f"Mean normal contact force {at} over the last communication step, including the impulses of impacts, "
+            f"whose contribution grows as steps get shorter",
             initially_depends_on=(),
             over_step="mean",
         ),
         output(
             f"{site}.f_t",
             "N",
-            f"Friction force on the rotor {at}, forward (in the direction of spin) positive",
+            f"Friction force on the rotor {at}, positive in the direction of positive spin",
             initially_depends_on=forces,
         ),
         output(
             f"{site}.impulse",
             "N.s",
-            f"Normal impulse of the impacts {at} during the last communication step, conserving momentum; the sum "
-            f"over steps does not depend on the step size",
+            f"Normal impulse of the impacts {at} during the last communication step, as the conservation of momentum "
+            f"requires it",
             initially_depends_on=(),
             over_step="sum",
         ),
         output(
             f"{site}.slip_velocity",
             "m/s",
-            f"Velocity of the journal surface relative to the retainer {at}",
+            f"Velocity of the journal surface relative to the retainer {at}, positive in the direction of positive "
+            f"spin",
             initially_depends_on=start_values.slip(planes, site),
         ),
         output(
             f"{site}.whirl_speed",
             "rad/s",
-            f"Whirl speed about the centre of the clearance {at}",
+            f"Whirl speed of the journal about the centre of the retainer {at}, positive in the direction of positive "
+            f"spin",
             initially_depends_on=journal,
         ),
         *(
             output(
                 f"{site}.housing_{axis}",
                 "m",
-                f"Displacement of the retainer's housing {at} in {axis}",
+                f"Displacement of the housing of the retainer {at} in {axis}",
                 initially_depends_on=(),
                 display_unit="um",
             )
@@ -184,7 +219,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.race_speed",
             "rad/s",
-            f"Speed of the race {at}, positive in the direction of spin",
+            f"Speed of the race {at}, positive in the direction of positive spin",
             initially_depends_on=(),
         ),
         output(
@@ -193,12 +228,18 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             f"Heat flow of sliding friction {at}",
             initially_depends_on=start_values.sliding(planes),
         ),
-        output(f"{site}.heat", "J", f"Heat of friction, race drag and impacts {at}", initially_depends_on=()),
+        output(
+            f"{site}.heat",
+            "J",
+            f"Heat so far from friction, race drag, impacts and compression in the retainer {at}, including that of a "
+            f"face on this retainer",
+            initially_depends_on=(),
+        ),
         output(f"{site}.temperature", "K", f"Temperature of the retainer {at}", initially_equals="ambient_temperature"),
         output(
             f"{site}.passed",
             "1",
-            f"Whether the rotor is beyond the clearance {at} while enabled is false, so that it cannot touch",
+            f"Whether the rotor is beyond the clearance {at} without contact, because {site}.enabled is false",
             type="Boolean",
             initially_depends_on=journal,
             warning=f"{site.upper()} is switched off ({site}.enabled = false); the rotor would have touched it (gap "
@@ -207,7 +248,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.beyond_reduction",
             "1",
-            f"Whether the rotor whirls in contact {at} faster than the frequency up to which the rotor's reduction is "
+            f"Whether the rotor whirls in contact {at} faster than the frequency up to which its reduced model is "
             f"accurate",
             type="Boolean",
             initially_depends_on=start_values.sliding_contact(planes),
@@ -217,7 +258,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.overheated",
             "1",
-            f"Whether the retainer exceeds its temperature_limit {at}",
+            f"Whether the temperature of the retainer {at} exceeds {site}.temperature_limit",
             type="Boolean",
             initially_depends_on=("ambient_temperature", f"{site}.temperature_limit"),
             warning=f"{site}.temperature = {{{site}.temperature}} K exceeds {site}.temperature_limit = "
