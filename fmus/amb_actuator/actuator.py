@@ -292,7 +292,7 @@ def model_for(bearings: Sequence[str], thrust: str = "") -> Model:
         raise ValueError(f"{len(bearings)} bearings is not allowed; there must be 1 to {MAX_BEARINGS}")
     return Model(
         name="amb_actuator",
-        description="Active magnetic bearings: force laws with gradient, saturation, amplifiers, faults",
+        description="Active magnetic bearings with linear and nonlinear force laws, saturation, amplifiers and faults",
         author="The amb-cosim authors",
         interface=interface_of(bearings, thrust),
         initialise=initialise,
@@ -317,8 +317,9 @@ def _fault_sentences(axes: Sequence[tuple[str, str]]) -> dict[int, str]:
             f"|{b}.{a}| < {{{b}.gap_{a}}} m"
         )
         sentences[bias] = (
-            f"{operating} is not allowed; the first and the sum must be >= 0 A and <= {{{b}.current_limit_{a}}} A plus "
-            f"the {{{b}.permanent_bias_{a}}} A of permanent magnets"
+            f"{operating} is not allowed; the first and the sum must be >= 0 A and differ from the "
+            f"{{{b}.permanent_bias_{a}}} A of permanent magnets by at most {{{b}.current_limit_{a}}} A, the largest "
+            f"current of a coil"
         )
         sentences[voltage] = (
             f"{b}.voltage_limit_{a} = {{{b}.voltage_limit_{a}}} V is not allowed; it must drive {operating} "

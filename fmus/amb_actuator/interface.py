@@ -16,15 +16,19 @@ Declare = Callable[..., Variable]
 FORCE_LAW = Enumeration(
     "ForceLaw",
     (
-        ("linear", "constants from the geometry (2.8, 2.9)"),
-        ("measured", "linear with measured constants (Fig. 2.5)"),
-        ("nonlinear", "square of current over gap (2.6), with saturation"),
+        ("linear", "a linear law with constants from the geometry"),
+        ("measured", "a linear law with the constants k_s_measured and k_i_measured"),
+        ("nonlinear", "the square of current over gap, with saturation"),
     ),
 )
 LAWS = FORCE_LAW.names
 LINEAR, MEASURED, NONLINEAR = range(len(LAWS))
 AMPLIFIER = Enumeration(
-    "Amplifier", (("ideal", "the currents equal the demands at once"), ("dynamic", "bandwidth and voltage limit"))
+    "Amplifier",
+    (
+        ("ideal", "the currents equal the demand at once"),
+        ("dynamic", "the currents follow the demand with a limited bandwidth and voltage"),
+    ),
 )
 IDEAL, DYNAMIC = range(2)
 
@@ -32,13 +36,14 @@ IDEAL, DYNAMIC = range(2)
 MEASURED_CONSTANTS = {"mb1": (1.944e6, 544.0), "mb2": (2.156e6, 539.0)}
 CONSTANTS_FROM_GEOMETRY = (2376955.7160887653, 563.1506658084571)
 
-# Table 2.2.
+# Start values are those of the rig: magnets of Table 2.2, with a pull of at most 1700 N, and amplifiers of Table 2.4,
+# whose voltage limit is assumed.
 POLE_FACE, HALF_POLE_ANGLE, MAX_FORCE = 1399e-6, math.radians(22.5), 1700.0
 
 
 def _axis(bearing: str, axis: str) -> list[Variable]:
     """Declare the variables of an axis; axis z of a thrust magnet is perpendicular to the pole faces."""
-    parameter_of, input_of, output_of = at_place(f"{bearing}.{{}}_{axis}", f"{bearing.upper()}, {axis} axis")
+    parameter_of, input_of, output_of = at_place(f"{bearing}.{{}}_{axis}", f"at {bearing.upper()} in {axis}")
     return [
         *_magnet(
             parameter_of,
@@ -57,49 +62,54 @@ def _magnet(declare: Declare, k_s: float, k_i: float, half_angle: float, static:
         declare(
             "turns",
             "1",
-            "Turns per pole, half of those of a coil around the shaft, {} (Table 2.2)",
+            "Number of turns per pole {}, or half the turns of a coil around the shaft",
             158.0,
             minimum=1.0,
             maximum=1e6,
         ),
-        declare("pole_area", "m2", "Pole face area, {} (Table 2.2)", POLE_FACE, minimum=1e-9, maximum=10.0),
-        declare("gap", "m", "Air gap, {} (Table 2.2)", 1.2e-3, minimum=1e-6, maximum=1.0),
+        declare("pole_area", "m2", "Area of a pole face {}", POLE_FACE, minimum=1e-9, maximum=10.0),
+        declare("gap", "m", "Air gap {}", 1.2e-3, minimum=1e-6, maximum=1.0),
         declare(
             "half_angle",
             "rad",
-            "Half angle between the double pole faces, {} (2.2)",
+            "Half the angle between the two pole faces of a coil pair {}",
             half_angle,
             minimum=0.0,
             maximum=1.5,
         ),
-        declare("bias_current", "A", "Bias current, {} (Table 2.2)", 4.43, minimum=0.0, maximum=1e4),
+        declare("bias_current", "A", "Bias current of both coil pairs {}", 4.43, minimum=0.0, maximum=1e4),
         declare(
             "static_current",
             "A",
-            "Static current; negative for a static load towards positive displacements, {} (Table 2.2)",
+            "Current that the upper coil pair {} carries in addition to the bias, negative for a static load towards "
+            "positive displacements",
             static,
             minimum=-1e4,
             maximum=1e4,
         ),
-        declare("current_limit", "A", "Largest coil current, {} (Table 2.4)", 10.0, minimum=0.0, maximum=1e4),
+        declare("current_limit", "A", "Largest magnitude of the current of a coil {}", 10.0, minimum=0.0, maximum=1e4),
         declare(
             "permanent_bias",
             "A",
-            "Part of bias_current that permanent magnets replace; no coil carries it, and it remains without power, {}",
+            "Part of bias_current {} that permanent magnets replace, so that no coil carries it and it remains without "
+            "power",
             0.0,
             minimum=0.0,
             maximum=1e4,
         ),
         declare(
-            "k_s_measured", "N/m", "Negative stiffness for force_law 1, {} (Fig. 2.5)", k_s, minimum=-1e12, maximum=1e12
+            "k_s_measured",
+            "N/m",
+            "Negative stiffness {} for force_law 1, positive if destabilising",
+            k_s,
+            minimum=-1e12,
+            maximum=1e12,
         ),
-        declare(
-            "k_i_measured", "N/A", "Current stiffness for force_law 1, {} (Fig. 2.5)", k_i, minimum=-1e9, maximum=1e9
-        ),
+        declare("k_i_measured", "N/A", "Current stiffness {} for force_law 1", k_i, minimum=-1e9, maximum=1e9),
         declare(
             "b_sat",
             "T",
-            "Saturation flux density for force_law 2, {}; by default a coil pair pulls at most 1700 N (Table 2.2)",
+            "Flux density at which the iron {} saturates",
             b_sat,
             minimum=1e-3,
             maximum=1e3,
@@ -107,7 +117,7 @@ def _magnet(declare: Declare, k_s: float, k_i: float, half_angle: float, static:
         declare(
             "knee_width",
             "1",
-            "Half-width of the knee of saturation, relative to b_sat, {}",
+            "Half the width of the knee of saturation {}, relative to b_sat",
             0.2,
             minimum=0.0,
             maximum=1.0,
@@ -121,8 +131,8 @@ def _iron(thrust: str) -> list[Variable]:
         parameter(
             f"{thrust}.eddy_current_corner",
             "Hz",
-            "Frequency at which the eddy currents in solid iron have the reluctance of the gap; 0: no eddy currents, "
-            f"{thrust.upper()}, z axis",
+            f"Frequency at which eddy currents in the solid iron at {thrust.upper()} in z add as much reluctance as "
+            f"the air gap has, or 0 without eddy currents",
             0.0,
             minimum=0.0,
             maximum=1e9,
@@ -132,23 +142,21 @@ def _iron(thrust: str) -> list[Variable]:
 
 def _amplifier(declare: Declare) -> list[Variable]:
     return [
-        declare("resistance", "Ohm", "Resistance of a coil pair, {} (Table 2.2)", 0.365, minimum=1e-3, maximum=1e6),
-        declare("inductance", "H", "Inductance of a coil pair, {} (Table 2.2)", 0.0732, minimum=1e-9, maximum=1e3),
+        declare("resistance", "Ohm", "Resistance of a coil pair {}", 0.365, minimum=1e-3, maximum=1e6),
+        declare("inductance", "H", "Inductance of a coil pair {}", 0.0732, minimum=1e-9, maximum=1e3),
         declare(
             "amplifier_gain",
             "A/V",
-            "Control current per volt of command, {} (Table 2.4)",
+            "Control current per volt of command_voltage {}",
             0.5,
             minimum=-1e6,
             maximum=1e6,
         ),
-        declare(
-            "bandwidth", "Hz", "Bandwidth of the dynamic amplifier, {} (Table 2.4)", 1400.0, minimum=1e-3, maximum=1e9
-        ),
+        declare("bandwidth", "Hz", "Bandwidth of the dynamic amplifiers {}", 1400.0, minimum=1e-3, maximum=1e9),
         declare(
             "voltage_limit",
             "V",
-            "Largest voltage magnitude of the dynamic amplifier, {} (assumed)",
+            "Largest magnitude of the voltage of the dynamic amplifiers {}",
             150.0,
             minimum=1e-3,
             maximum=1e9,
@@ -156,7 +164,8 @@ def _amplifier(declare: Declare) -> list[Variable]:
         declare(
             "discharge_voltage",
             "V",
-            "Voltage that reduces the currents while the amplifiers are off; 0: only the coils' resistance, {}",
+            "Voltage against which the coils {} discharge while the amplifiers are off, or 0 if only their resistance "
+            "reduces the currents",
             0.0,
             minimum=0.0,
             maximum=1e9,
@@ -165,17 +174,22 @@ def _amplifier(declare: Declare) -> list[Variable]:
 
 
 def _inputs(declare: Declare, displacement: str) -> list[Variable]:
-    at_centre = declare("", "m", "Rotor displacement from the centre, {}", field="displacement", display_unit="um")
-    command = "Command voltage; times amplifier_gain, it is added to the demanded control current, {}"
-    lost = "Fault: lost fraction of the {} coil pair's turns, {{}}"
-    off = "Fault: amplifiers off, currents decay through the coils, {}"
+    at_centre = declare("", "m", "Displacement of the rotor {}", field="displacement", display_unit="um")
+    command = "Command voltage {}, which is multiplied by amplifier_gain and added to the demanded control current"
+    lost = "Fault: fraction of its turns that the {} coil pair {{}} has lost"
+    off = "Fault: the amplifiers {} are off, and the currents decay"
     return [
-        declare("i", "A", "Demanded control current, {}", field="demanded_current"),
+        declare(
+            "i",
+            "A",
+            "Demanded control current {}, positive for a force towards positive displacements",
+            field="demanded_current",
+        ),
         replace(at_centre, name=displacement),
         declare("command_voltage", "V", command),
         *(declare(f"coil_loss_{c}", "1", lost.format(c), minimum=0.0, maximum=1.0) for c in ("upper", "lower")),
         declare("amplifier_off", "1", off, type="Boolean"),
-        declare("stuck", "1", "Fault: currents keep their values, {}", type="Boolean"),
+        declare("stuck", "1", "Fault: the currents {} keep their values", type="Boolean"),
     ]
 
 
@@ -213,13 +227,18 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
     def flag(name: str, description: str, warning: str, **options: object) -> Variable:
         return declare(name, "1", description, type="Boolean", warning=warning, **options)
 
-    force = "Force on the rotor, in excess of the static load unless total_force, {}"
-    reference = "Displacement where the force was evaluated, {}"
-    clipped = f"the demanded current is limited to the range of the coils, 0 to {{{b}.current_limit_{a}}} A each"
-    saturated = "The flux density of a coil pair is beyond the knee; only force_law 2 limits it, {}"
+    force = "Force on the rotor {}, in excess of the static load unless total_force is true"
+    reference = "Displacement at which the force {} was evaluated"
+    clipped = (
+        f"the demanded current is limited to what the coils can carry, at most {{{b}.current_limit_{a}}} A "
+        "each without a reversal of the flux"
+    )
+    saturated = (
+        "Whether the flux density of a coil pair {} is beyond the knee of saturation, which only force_law 2 models"
+    )
     beyond = (
-        f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which only force_law 2 (nonlinear) models: the other laws "
-        f"overestimate the force"
+        f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which only force_law 2 (nonlinear) models, so that the other "
+        f"laws overestimate the force"
     )
     at_limit = f"an amplifier is at its voltage limit, {{{b}.voltage_limit_{a}}} V"
     return [
@@ -234,7 +253,8 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
         named(
             f"k_{a}{a}",
             "N/m",
-            "Gradient of the force over displacement, {}" + (", 0 with eddy currents" if a == "z" else ""),
+            "Gradient of the force {} with respect to the displacement, positive if destabilising"
+            + (", or 0 with eddy currents" if a == "z" else ""),
             initially_depends_on=(*gradient, *((f"{b}.eddy_current_corner",) if a == "z" else ())),
             field="gradient",
             **by_force,
@@ -248,10 +268,10 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
             display_unit="um",
             field="reference",
         ),
-        *of_coils("i", "A", "Current of the {} coil pair, {{}}", "current"),
+        *of_coils("i", "A", "Current of the {} coil pair {{}}", "current"),
         flag(
             "clipped",
-            "The demanded current was limited to the range of the coils, {}",
+            "Whether the demanded current {} was limited to what the coils can carry",
             clipped,
             depends_on=(*demand, *off),
             initially_depends_on=(*command, *off),
@@ -259,12 +279,12 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
         flag("saturated", saturated, beyond, initially_depends_on=iron, **by_force),
         flag(
             "voltage_limited",
-            "An amplifier was at its voltage limit during the last communication step, {}",
+            "Whether an amplifier {} was at its voltage limit during the last communication step",
             at_limit,
             **(by_current | {"initially_depends_on": ()}),
         ),
-        *of_coils("v", "V", "Voltage at the {} coil pair, {{}}", "voltage"),
-        declare("copper_loss", "W", "Copper loss of both coil pairs, {}", minimum=0.0, **by_current),
+        *of_coils("v", "V", "Voltage of the {} coil pair {{}}", "voltage"),
+        declare("copper_loss", "W", "Copper loss of both coil pairs {}", minimum=0.0, **by_current),
     ]
 
 
@@ -284,21 +304,23 @@ def interface_of(bearings: Sequence[str], thrust: str = "") -> Interface:
 
 
 _MODEL_PARAMETERS = (
-    parameter("force_law", "1", "Force as a function of displacement and currents", LINEAR, **enumerated(FORCE_LAW)),
-    parameter("amplifier", "1", "Response of the currents to the demand", IDEAL, **enumerated(AMPLIFIER)),
+    parameter(
+        "force_law", "1", "Law of the force as a function of displacement and currents", LINEAR, **enumerated(FORCE_LAW)
+    ),
+    parameter("amplifier", "1", "Response of the currents to the demanded current", IDEAL, **enumerated(AMPLIFIER)),
     parameter(
         "total_force",
         "1",
-        "Forces include the pull of the static currents, which a plant with gravity needs; "
-        "otherwise they are in excess of the static load",
+        "Whether forces include the pull of the static currents, which a plant with gravity requires, instead of being "
+        "in excess of the static load",
         0.0,
         type="Boolean",
     ),
     parameter(
         "mean_current",
         "1",
-        "Force of the mean currents over a step instead of the final ones, "
-        "for masters that move the rotor over the same step afterwards",
+        "Whether forces follow from the mean currents over a step instead of the final ones, for masters that move the "
+        "rotor over the same step afterwards",
         0.0,
         type="Boolean",
     ),

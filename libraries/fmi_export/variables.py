@@ -172,7 +172,11 @@ def output(name: str, unit: str, description: str, **options: object) -> Variabl
 
 
 FAULT = output(
-    FAULT_CODE, "1", "0 without a fault; the log explains other codes", type="Integer", initially_depends_on=()
+    FAULT_CODE,
+    "1",
+    "Code of the fault that stopped the model, explained in the log, or 0 without a fault",
+    type="Integer",
+    initially_depends_on=(),
 )
 
 

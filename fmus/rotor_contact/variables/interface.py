@@ -73,7 +73,7 @@ def interface_of(planes: Planes) -> Interface:
     sensors = [
         (
             name,
-            f"Displacement of the rotor at sensor plane {p.name} in {a}",
+            f"Displacement of the rotor at plane {p.name} in {a}",
             start_values.displacement(planes, p.name, a),
         )
         for p in planes.sensors

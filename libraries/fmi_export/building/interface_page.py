@@ -84,9 +84,9 @@ def _faults(model: Model) -> tuple[tuple[str, str], ...]:
     local = [(str(code), sentence(message)) for code, message in sorted(model.faults.items())]
     return (
         *local,
-        (str(FAULT_STEP_SIZE), "step size not positive or not finite"),
-        (f"{FAULT_RANGE} + r", "parameter or input with value reference r outside its range or not a number"),
-        (f"{FAULT_NOT_FINITE} + r", "output with value reference r outside its range or not finite"),
+        (str(FAULT_STEP_SIZE), "the step size is not positive or not finite"),
+        (f"{FAULT_RANGE} + r", "the parameter or input with value reference r is outside its range or not a number"),
+        (f"{FAULT_NOT_FINITE} + r", "the output with value reference r is outside its range or not finite"),
     )
 
 
