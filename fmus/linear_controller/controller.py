@@ -191,7 +191,7 @@ def model_for(ports: Ports, sample_time: float) -> Model:
     )
     return Model(
         name="linear_controller",
-        description="Sampled linear controller, x(n+1) = A x + B y, u = C x + D y, with limits, delay and signal chain",
+        description="Sampled linear controller with limits, a delay and a signal chain",
         author="The amb-cosim authors",
         interface=interface_of(ports, sample_time),
         initialise=initialise,

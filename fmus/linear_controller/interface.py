@@ -18,7 +18,8 @@ def _common_parameters(sample_time: float) -> list[Variable]:
         parameter(
             "sample_time",
             "s",
-            "Sample time for which the matrices hold; the longest allowed communication step",
+            "Time between samples, for which the matrices hold and which is also the longest allowed communication "
+            "step",
             sample_time,
             minimum=(1.0 - ROUNDING) * sample_time,
             maximum=(1.0 + ROUNDING) * sample_time,
@@ -26,8 +27,7 @@ def _common_parameters(sample_time: float) -> list[Variable]:
         parameter(
             "delay",
             "1",
-            "Delay of the demands in samples, in addition to chain.delay; with a fraction, demands change within a "
-            "sample",
+            "Delay of the demands in samples, possibly fractional, in addition to chain.delay",
             0.0,
             minimum=0.0,
             maximum=MAX_DELAY,
@@ -35,15 +35,15 @@ def _common_parameters(sample_time: float) -> list[Variable]:
         parameter(
             "start_at_rest",
             "1",
-            "At the first sample, filters are settled at the present signals and integrators are zero; otherwise all "
-            "states are zero",
+            "Whether the first sample starts with filters settled under the present signals and integrators at zero, "
+            "instead of all states at zero",
             1.0,
             type="Boolean",
         ),
         parameter(
             "transfer_time",
             "s",
-            "Time constant with which the jump at switch-on or reset fades; 0: the demand jumps",
+            "Time constant with which the jump of a demand at switch-on or reset fades, or 0 to let the demand jump",
             0.01,
             minimum=0.0,
             maximum=1e3,
@@ -54,25 +54,41 @@ def _common_parameters(sample_time: float) -> list[Variable]:
 def _signal(name: str) -> list[Variable]:
     return [
         input_(name, "m", f"Measured signal {name}", minimum=-0.1, maximum=0.1, field="measured", display_unit="um"),
-        input_(f"{name}.setpoint", "m", f"Setpoint of {name}", minimum=-0.1, maximum=0.1, display_unit="um"),
+        input_(
+            f"{name}.setpoint",
+            "m",
+            f"Setpoint of the measured signal {name}",
+            minimum=-0.1,
+            maximum=0.1,
+            display_unit="um",
+        ),
     ]
 
 
 def _demand_parameters(name: str) -> list[Variable]:
     def tunable(field: str, unit: str, description: str, start: float) -> Variable:
         bounds = {"minimum": -1e12, "maximum": 1e12, "tunable": True}
-        return parameter(f"{name}.{field}", unit, f"{description}, {name}", start, **bounds)
+        return parameter(f"{name}.{field}", unit, f"{description} {name}", start, **bounds)
 
     return [
-        tunable("gain", "1", "Gain of the law's demand", 1.0),
-        tunable("offset", "A", "Offset added to the demand", 0.0),
-        tunable("lower", "A", "Smallest demand", -NO_LIMIT),
-        tunable("upper", "A", "Largest demand", NO_LIMIT),
+        tunable("gain", "1", "Gain of the law for the demand", 1.0),
+        tunable("offset", "A", "Offset that is added to the demand", 0.0),
+        tunable("lower", "A", "Lower limit of the demand", -NO_LIMIT),
+        tunable("upper", "A", "Upper limit of the demand", NO_LIMIT),
     ]
 
 
 def _feedforward(name: str) -> list[Variable]:
-    return [input_(f"{name}.feedforward", "A", f"Added to the demand {name}", minimum=-1e6, maximum=1e6, field=".")]
+    return [
+        input_(
+            f"{name}.feedforward",
+            "A",
+            f"Feedforward that is added to the demand {name}",
+            minimum=-1e6,
+            maximum=1e6,
+            field=".",
+        )
+    ]
 
 
 # What the demands at the start depend on, in addition to the matrices.
@@ -88,7 +104,7 @@ def _demand_output(name: str, reached: tuple[str, ...]) -> list[Variable]:
     common = tuple(f"{name}.{field}" for field in ("gain", "offset", "lower", "upper", "feedforward"))
     start = (*_START, *common, *_DAC)
     depends_on = (*reached, f"{name}.feedforward")
-    return [output(name, "A", f"Demand {name}", depends_on=depends_on, initially_depends_on=start, field=".")]
+    return [output(name, "A", f"Demanded current {name}", depends_on=depends_on, initially_depends_on=start, field=".")]
 
 
 def _state(number: int, reached: tuple[str, ...]) -> list[Variable]:
@@ -96,7 +112,7 @@ def _state(number: int, reached: tuple[str, ...]) -> list[Variable]:
         output(
             f"state.x{number}",
             "1",
-            f"State number {number}, in the coordinates of the original matrices",
+            f"State number {number} in the coordinates of the original matrices",
             depends_on=reached,
             initially_depends_on=_START,
             field=".",
@@ -115,7 +131,7 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
     return interface(
         _common_parameters(sample_time),
         CHAIN,
-        repeated("scales", [(name, name) for name in ports.signals], sensor_scale),
+        repeated("scales", [(name, f"of {name}") for name in ports.signals], sensor_scale),
         repeated("demands", demands, _demand_parameters),
         input_(
             "Omega",
@@ -127,18 +143,18 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
         input_(
             "enable",
             "1",
-            "Enables the law; if false, each demand is its offset plus feedforward",
+            "Whether the law acts on the demands, which are otherwise their offset plus feedforward",
             type="Boolean",
             start=1.0,
         ),
-        input_("reset", "1", "Keeps the integrators (slow states) at zero", type="Boolean"),
+        input_("reset", "1", "Whether the integrators and other slow states are held at zero", type="Boolean"),
         repeated("signals", signals, _signal),
-        repeated("faults", [(name, name) for name in ports.signals], sensor_faults),
+        repeated("faults", [(name, f"of {name}") for name in ports.signals], sensor_faults),
         repeated("feedforward", demands, _feedforward),
         output(
             "demand_limited",
             "1",
-            "A demand is at its limit",
+            "Whether a demand is at its limit",
             type="Boolean",
             depends_on=(*reached, *forward),
             initially_depends_on=None,
@@ -147,7 +163,7 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
         output(
             "adc_limited",
             "1",
-            "A measured signal is beyond the range of the ADC",
+            "Whether a measured signal is beyond the range of the ADC",
             type="Boolean",
             depends_on=measured,
             initially_depends_on=None,
@@ -156,11 +172,11 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
         output(
             "speed_extrapolated",
             "1",
-            "The speed is outside the table; the matrices of its nearest speed are used",
+            "Whether the speed is outside the table, so that the matrices of the nearest speed are used",
             type="Boolean",
             depends_on=("Omega",),
             initially_depends_on=("Omega",),
-            warning="Omega = {Omega} rad/s is outside the table; the matrices of its nearest speed are used",
+            warning="Omega = {Omega} rad/s is outside the table, so that the matrices of the nearest speed are used",
         ),
         repeated("demand_values", [(name, reached) for name in ports.demands], _demand_output),
         repeated(

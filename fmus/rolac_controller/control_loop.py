@@ -77,7 +77,9 @@ class ControlLoop:
     @property
     def sensors(self) -> tuple[SensorSignal, ...]:
         """Sensors of all planes, in order: x and y of each plane."""
-        return tuple(SensorSignal(s, f"{p.name}, {a} axis") for p in self.planes for s, a in ((p.x, "x"), (p.y, "y")))
+        return tuple(
+            SensorSignal(s, f"at plane {p.name} in {a}") for p in self.planes for s, a in ((p.x, "x"), (p.y, "y"))
+        )
 
     @property
     def sensor_names(self) -> tuple[str, ...]:

@@ -220,7 +220,7 @@ def model_for(loop: ControlLoop) -> Model:
     """Return the controller of this loop; `sizes` and `receptance_table` describe the layout of its constants."""
     return Model(
         name="rolac_controller",
-        description="Sampled PID of magnetic bearings with adaptive control (ROLAC) of synchronous vibration",
+        description="Sampled PID of magnetic bearings with adaptive control (ROLAC) of the synchronous vibration",
         author="The amb-cosim authors",
         interface=interface_of(loop),
         initialise=initialise,
@@ -242,9 +242,9 @@ def _faults(loop: ControlLoop) -> dict[int, str]:
         "because the inputs of a step serve one sample",
         FAULT_NO_TABLE: "rolac_enable = 1 is not allowed; this FMU was built without a table of receptances, "
         "so rolac_enable must be 0 until an identification has been requested",
-        FAULT_HARMONICS: f"the orders of the harmonics, {orders}, are not allowed; they must ascend, and be 0 after "
-        "the last",
-        FAULT_WEIGHTS: "the sensor weights give a receptance of the table a condition number above "
+        FAULT_HARMONICS: f"the orders of the harmonics, {orders}, are not allowed; they must ascend, with 0 for every "
+        "harmonic after the last",
+        FAULT_WEIGHTS: "with these sensor weights, a receptance of the table has a condition number above "
         "identification.max_condition = {identification.max_condition}; give weight to more sensors",
-        FAULT_PLANES: f"{positions} is not allowed; they must differ",
+        FAULT_PLANES: f"{positions} are not allowed; the positions of the sensor planes must differ",
     }

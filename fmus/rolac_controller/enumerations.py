@@ -12,10 +12,10 @@ from fmi_export.variables import Enumeration
 MODES = Enumeration(
     "SynchronousControl",
     (
-        ("rolac", "recursive open-loop adaptive control (5.22)"),
-        ("olac", "updates whenever the vibration is steady"),
-        ("notch", "generalised notch: no synchronous current"),
-        ("force_free", "no synchronous bearing force"),
+        ("rolac", "recursive open-loop adaptive control"),
+        ("olac", "open-loop adaptive control, which updates the force whenever the vibration is steady"),
+        ("notch", "generalised notch, which removes the synchronous current"),
+        ("force_free", "removal of the synchronous bearing force"),
     ),
 )
 ROLAC, OLAC, NOTCH, FORCE_FREE = range(4)
@@ -24,9 +24,9 @@ ROLAC, OLAC, NOTCH, FORCE_FREE = range(4)
 SOURCES = Enumeration(
     "ContactSource",
     (
-        ("none", "not at all"),
-        ("sensors", "from the sensors at the bearings and contact.clearance"),
-        ("given", "from the input contact_state"),
+        ("none", "no detection of contact"),
+        ("sensors", "the sensors at the bearings and contact.clearance"),
+        ("given", "the input contact_state"),
     ),
 )
 NO_SOURCE, OWN_SENSORS, GIVEN = range(3)
@@ -37,11 +37,11 @@ STATUSES = Enumeration(
     (
         ("off", ""),
         ("adapting", ""),
-        ("identifying", "forces held while an identification runs"),
-        ("too_slow", "PID alone: Omega is below rolac.min_speed"),
-        ("no_window", "PID alone: no full revolution in the window, or theta does not rotate at Omega"),
-        ("no_h", "PID alone: the table has no H for the speed, or for one of several harmonics"),
-        ("sensor_suspect", "PID alone: the reading of suspect_sensor is constant"),
+        ("identifying", "the forces are held while an identification runs"),
+        ("too_slow", "PID alone, because Omega is below rolac.min_speed"),
+        ("no_window", "PID alone, because the window holds no full revolution or theta does not rotate at Omega"),
+        ("no_h", "PID alone, because the table has no H for the speed or for one of the harmonics"),
+        ("sensor_suspect", "PID alone, because the reading of suspect_sensor is constant"),
     ),
 )
 OFF, ADAPTING, IDENTIFYING, TOO_SLOW, NO_WINDOW, NO_H, SENSOR_SUSPECT = range(7)
@@ -70,11 +70,11 @@ def stages(axes: Iterable[str]) -> Enumeration:
     return Enumeration(
         "IdentificationStage",
         (
-            ("not_started", "none yet"),
+            ("not_started", "no identification has begun"),
             ("waiting", "waiting for a valid window"),
-            ("before", "idle slot before"),
-            *((axis.replace(".", "_"), f"force at {axis}") for axis in axes),
-            ("after", "idle slot after"),
+            ("before", "slot without test force, before the axes"),
+            *((axis.replace(".", "_"), f"test force at {axis}") for axis in axes),
+            ("after", "slot without test force, after the axes"),
             ("done", ""),
             ("failed", ""),
         ),
@@ -90,8 +90,8 @@ ERRORS = Enumeration(
         ("window_lost", "the window became invalid"),
         ("speed_changed", "the speed changed"),
         ("current_limited", "a current reached its limit"),
-        ("contact", ""),
-        ("vibration_changed", "the vibration without force changed"),
+        ("contact", "a journal came into contact"),
+        ("vibration_changed", "the vibration without test force changed"),
         ("ill_conditioned", "the receptance is ill-conditioned"),
         ("table_full", "the table is full"),
     ),

@@ -33,7 +33,7 @@ GENERAL = (
     parameter(
         "sample_time",
         "s",
-        "Time between samples; the longest communication step",
+        "Time between samples, which is also the longest allowed communication step",
         250e-6,
         minimum=1e-6,
         maximum=0.1,
@@ -41,8 +41,8 @@ GENERAL = (
     parameter(
         "prediction_time",
         "s",
-        "Extrapolation of displacements and angle, for masters with delayed connections: two communication steps in "
-        "Jacobi order",
+        "Time by which displacements and angle are extrapolated, for masters that delay connections, such as two "
+        "communication steps in Jacobi order",
         0.0,
         minimum=0.0,
         maximum=0.1,
@@ -50,26 +50,26 @@ GENERAL = (
     _tunable(
         "derivative_time",
         "s",
-        "Time constant of the derivative's filter; 0: backward difference",
+        "Time constant of the filter of the derivative, or 0 for a backward difference",
         0.0,
     ),
-    _switch("pid.direct", "PID with the gains k_p and k_d instead of K_b + K_s and C_b"),
+    _switch("pid.direct", "Whether the PID uses the gains k_p and k_d instead of k_b + k_s and c_b"),
 )
 
 
 def _axis(b: str, a: str) -> list[Variable]:
-    declare, *_ = at_place(f"{b}.{{}}_{a}", f"{b.upper()}, {a} axis")
+    declare, *_ = at_place(f"{b}.{{}}_{a}", f"at {b.upper()} in {a}")
     gain = partial(declare, tunable=True)
     return [
-        gain("k_b", "N/m", "Net stiffness K_b of the closed bearing, {} (5.1)", 1e6),
-        gain("c_b", "N.s/m", "Damping C_b of the closed bearing, {} (5.2)", 5e3, minimum=0.0),
-        gain("k_integral", "N/(m.s)", "Gain K_I of the integral, {} (5.3)", 0.0, minimum=0.0),
-        gain("k_s", "N/m", "Negative stiffness K_s of the bearing, compensated, {} (2.8)", BEARING_K_S),
-        gain("k_i", "N/A", "Current stiffness K_i of the bearing, {} (2.9)", BEARING_K_I, minimum=1.0),
-        gain("i_min", "A", "Smallest control current, -(I_s + I_b), {}", -5.57, maximum=0.0),
-        gain("i_max", "A", "Largest control current, I_b, {}", 4.43, minimum=0.0),
-        gain("k_p", "N/m", "Proportional gain with pid.direct, {}", 2.7e6),
-        gain("k_d", "N.s/m", "Derivative gain with pid.direct, {}", 5e3, minimum=0.0),
+        gain("k_b", "N/m", "Net stiffness of the controlled bearing {}", 1e6),
+        gain("c_b", "N.s/m", "Damping of the controlled bearing {}", 5e3, minimum=0.0),
+        gain("k_integral", "N/(m.s)", "Gain of the integral of the displacement error {}", 0.0, minimum=0.0),
+        gain("k_s", "N/m", "Negative stiffness of the bearing {}, which the PID compensates", BEARING_K_S),
+        gain("k_i", "N/A", "Current stiffness of the bearing {}", BEARING_K_I, minimum=1.0),
+        gain("i_min", "A", "Lower limit of the control current {}", -5.57, maximum=0.0),
+        gain("i_max", "A", "Upper limit of the control current {}", 4.43, minimum=0.0),
+        gain("k_p", "N/m", "Proportional gain {}, used with pid.direct", 2.7e6),
+        gain("k_d", "N.s/m", "Derivative gain {}, used with pid.direct", 5e3, minimum=0.0),
     ]
 
 
@@ -78,8 +78,8 @@ def _harmonic(number: int) -> list[Variable]:
     return [
         _choice(
             f"harmonic{number}.order",
-            f"Harmonic number {number} that is transformed and controlled, a multiple of the speed"
-            + ("" if first else "; 0: off, like all later harmonics"),
+            f"Order of harmonic number {number} as a multiple of the speed"
+            + ("" if first else ", or 0 to omit this harmonic and all later ones"),
             1 if first else 0,
             1 if first else 0,
             LARGEST_ORDER,
@@ -87,7 +87,7 @@ def _harmonic(number: int) -> list[Variable]:
         parameter(
             f"harmonic{number}.power",
             "1",
-            f"Share of harmonic number {number} in the power of a multi-harmonic test force",
+            f"Relative power of harmonic number {number} in a test force with several harmonics",
             1.0,
             minimum=0.0,
             maximum=1e6,
@@ -96,65 +96,69 @@ def _harmonic(number: int) -> list[Variable]:
 
 
 def _weight(sensor: str, where: str) -> list[Variable]:
-    description = f"Weight of the sensor in W, {where} (5.10)"
+    description = f"Weight of the sensor {where} in the synchronous control"
     return [parameter(f"{sensor}.weight", "1", description, 1.0, minimum=0.0, maximum=1e6, field=".")]
 
 
 ADAPTATION = (
-    parameter("rolac.mode", "1", "Law of the synchronous control", ROLAC, **enumerated(MODES)),
+    parameter("rolac.mode", "1", "Law of the control of the synchronous vibration", ROLAC, **enumerated(MODES)),
     _tunable(
         "rolac.alpha",
         "1/s",
-        "Adaptation rate of ROLAC, notch and force_free on amplitudes, (5.22) with (6.2); 0 holds the force",
+        "Rate at which ROLAC, notch and force_free adapt the force, or 0 to hold the force",
         7.0,
     ),
     _tunable(
         "rolac.fade",
         "1/s",
-        "Rate at which the force fades while ROLAC is off or suspended; at 1/sample_time or more, immediately",
+        "Rate at which the force fades while ROLAC is off or suspended (1/sample_time or more removes it at once)",
         20.0,
     ),
     _tunable(
         "rolac.min_speed",
         "rad/s",
-        "Speed below which there is no synchronous signal and no ROLAC",
+        "Lowest speed at which synchronous signals are computed and ROLAC acts",
         2.0 * math.pi * 5.0,
     ),
     _tunable(
         "rolac.force_limit",
         "N",
-        "Largest synchronous force of an axis, amplitudes of all harmonics added (Table 2.2)",
+        "Largest synchronous force of an axis, as the sum of the amplitudes of all harmonics",
         1700.0,
     ),
     _switch(
         "rolac.extrapolate",
-        "Outside the table, use H of its nearest speed; otherwise ROLAC is off there",
+        "Whether ROLAC uses the matrix H of the nearest speed outside the table, instead of being off there",
         True,
         tunable=True,
     ),
     _switch(
-        "rolac.check_sensors", "Suspend ROLAC if one reading stays constant for a revolution while others change", True
+        "rolac.check_sensors",
+        "Whether ROLAC is suspended if one reading stays constant for a revolution while others change",
+        True,
     ),
     _tunable(
         "olac.steadiness",
         "1",
-        "Relative change of the vibration between revolutions that counts as steady for OLAC",
+        "Relative change of the vibration between revolutions up to which OLAC considers it steady",
         0.02,
     ),
-    _choice("olac.updates", "Number of updates after OLAC is switched on; 0: unlimited", 0, 0, 10**6),
-    parameter("contact.source", "1", "Method of contact detection", NO_SOURCE, **enumerated(SOURCES)),
-    _switch("contact.aware", "Contact-aware adaptation; contact.source selects how contact is detected", False),
+    _choice("olac.updates", "Number of updates after OLAC is switched on, or 0 for an unlimited number", 0, 0, 10**6),
+    parameter("contact.source", "1", "Source of the information on contact", NO_SOURCE, **enumerated(SOURCES)),
+    _switch(
+        "contact.aware", "Whether the adaptation takes into account the contact that contact.source reports", False
+    ),
     _tunable(
         "contact.lead",
         "rad",
-        "Lead, relative to the displacement, of the contact-aware step for a journal in contact",
+        "Phase lead of the contact-aware step for a journal in contact over the direction opposite to its displacement",
         math.pi / 6.0,
         maximum=math.pi / 2.0,
     ),
     parameter(
         "contact.clearance",
         "m",
-        "Radial clearance of the retainer bearings (2.1)",
+        "Radial clearance of the retainer bearings",
         0.75e-3,
         minimum=1e-6,
         maximum=0.1,
@@ -162,7 +166,7 @@ ADAPTATION = (
     _tunable(
         "contact.threshold",
         "1",
-        "Ratio of displacement to clearance above which contact.source sensors detects contact",
+        "Ratio of displacement to contact.clearance from which the sensors report contact",
         0.98,
         maximum=1.0,
     ),
@@ -170,18 +174,19 @@ ADAPTATION = (
 
 IDENTIFICATION = (
     _switch(
-        "identification.multi", "Identify all harmonics at once, Schroeder-phased; otherwise only harmonic number 1"
+        "identification.multi",
+        "Whether all harmonics are identified at once, with phases by Schroeder's rule, instead of only the first",
     ),
     _tunable(
         "identification.force_scale",
         "1",
-        "Ratio of the test force to A(f)",
+        "Ratio of the test force to its built-in amplitude, which depends on the frequency",
         1.0,
         maximum=1e3,
     ),
     _choice(
         "identification.average",
-        "Revolutions at the end of a slot over which the vibration is averaged",
+        "Number of revolutions at the end of each slot of an identification over which the vibration is averaged",
         15,
         1,
         40,
@@ -189,13 +194,13 @@ IDENTIFICATION = (
     _tunable(
         "identification.max_drift",
         "1",
-        "Largest accepted change of the vibration without force, relative to the largest response",
+        "Largest accepted change of the vibration without test force, relative to the largest response",
         0.05,
     ),
     parameter(
         "identification.max_condition",
         "1",
-        "Largest condition number of a receptance that is inverted",
+        "Largest condition number at which a receptance is inverted",
         1e4,
         minimum=1.0,
         maximum=1e12,
@@ -204,12 +209,12 @@ IDENTIFICATION = (
 
 
 def _plane_position(number: int, plane: SensorPlane) -> list[Variable]:
-    description = f"Axial position of the inputs {plane.x}, {plane.y}, {plane.name}"
+    description = f"Axial position of sensor plane {plane.name} with the inputs {plane.x} and {plane.y}"
     return [parameter(f"plane{number}.z", "m", description, plane.position, field=".")]
 
 
 def _plane_offset(number: int, plane: SensorPlane) -> list[Variable]:
-    description = f"Axial offset of the sensors from that position, {plane.name}"
+    description = f"Axial offset of the sensors of plane {plane.name} from plane{number}.z"
     return [parameter(f"plane{number}.offset", "m", description, 0.0, minimum=-1.0, maximum=1.0, field=".")]
 
 
@@ -228,24 +233,24 @@ def parameter_variables(loop: ControlLoop) -> list[Variable]:
             "sensor_weights",
             loop.sensors,
             _weight,
-            array=Array("sensor_weights", f"Weights in the synchronous control, {sensors}"),
+            array=Array("sensor_weights", f"Weights of the sensors {sensors} in the synchronous control"),
         ),
         *repeated(
             "sensor_scales",
             loop.sensors,
             sensor_scale,
-            array=Array("sensor_scales", f"Sensitivities relative to the nominal value, {sensors}"),
+            array=Array("sensor_scales", f"Sensitivities of the sensors {sensors} relative to the nominal value"),
         ),
         *repeated(
             "plane_positions",
             planes,
             _plane_position,
-            array=Array("plane_positions", f"Axial positions of the sensor planes, {where}"),
+            array=Array("plane_positions", f"Axial positions of the sensor planes {where}"),
         ),
         *repeated(
             "plane_offsets",
             planes,
             _plane_offset,
-            array=Array("plane_offsets", f"Axial offsets of the sensors from these positions, {where}"),
+            array=Array("plane_offsets", f"Axial offsets of the sensors from the positions of the planes {where}"),
         ),
     ]

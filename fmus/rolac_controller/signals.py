@@ -14,15 +14,17 @@ LARGEST_CONDITION = 1e16
 
 
 def _displacement(name: str, where: str) -> list[Variable]:
-    return [input_(name, "m", f"Displacement, {where}", minimum=-0.1, maximum=0.1, field=".", display_unit="um")]
+    return [
+        input_(name, "m", f"Displacement of the rotor {where}", minimum=-0.1, maximum=0.1, field=".", display_unit="um")
+    ]
 
 
 def _displacement_array(loop: ControlLoop) -> Array:
-    return Array("sensors", f"Displacements at the sensors {', '.join(loop.sensor_names)}")
+    return Array("sensors", f"Displacements of the rotor at the sensors {', '.join(loop.sensor_names)}")
 
 
 def _setpoint(b: str, a: str) -> list[Variable]:
-    description = f"Setpoint of the displacement, {b.upper()}, {a} axis"
+    description = f"Setpoint of the displacement at {b.upper()} in {a}"
     return [input_(f"{b}.set_{a}", "m", description, minimum=-0.1, maximum=0.1, field=".", display_unit="um")]
 
 
@@ -40,8 +42,10 @@ def input_variables(loop: ControlLoop) -> list[Variable]:
 
 def _contact_state(bearings: tuple[str, ...]) -> Variable:
     """Input for the journals in contact: the sum of 2^k over all bearings k that are in contact."""
-    parts = ", ".join(f"{2**k} at {bearing.upper()}" for k, bearing in enumerate(bearings))
-    description = f"With contact.source given: 0 no contact, otherwise the sum of {parts}"
+    parts = ", ".join(f"{2**k} for {bearing.upper()}" for k, bearing in enumerate(bearings))
+    description = (
+        f"Contact with the retainers, as the sum of {parts}, or 0 without contact, used if contact.source is 2 (given)"
+    )
     largest = 2 ** len(bearings) - 1
     return input_("contact_state", "1", description, type="Integer", minimum=0, maximum=largest)
 
@@ -50,23 +54,28 @@ _COMMON_INPUTS = (
     input_(
         "Omega",
         "rad/s",
-        "Rotor speed; synchronous control needs a positive speed",
+        "Rotor speed, which must be positive for synchronous control",
         minimum=-LARGEST_SPEED,
         maximum=LARGEST_SPEED,
     ),
     input_(
         "theta",
         "rad",
-        "Rotor angle, with or without wrapping to one revolution",
+        "Rotor angle, which may be wrapped to one revolution",
         minimum=-LARGEST_ANGLE,
         maximum=LARGEST_ANGLE,
     ),
-    input_("rolac_enable", "1", "Switches ROLAC on", type="Boolean"),
-    input_("identify", "1", "Starts an identification when it becomes true, aborts it when false", type="Boolean"),
+    input_("rolac_enable", "1", "Whether ROLAC is switched on", type="Boolean"),
+    input_(
+        "identify",
+        "1",
+        "Request that starts an identification when it becomes true and aborts it when it becomes false",
+        type="Boolean",
+    ),
     input_(
         "shown_harmonic",
         "1",
-        "Number of the harmonic for which the outputs report amplitudes, phases, forces and receptance",
+        "Number of the harmonic whose amplitudes, phases, forces and receptance are in the outputs",
         type="Integer",
         start=1,
         minimum=1,
@@ -116,34 +125,43 @@ def _later(name: str, unit: str, what: str, depends_on: tuple[str, ...], **optio
 
 
 def _axis(b: str, a: str, adaptation: tuple[str, ...], start: tuple[str, ...]) -> list[Variable]:
-    at, reached = f"{b.upper()}, {a} axis", (*adaptation, *SELECTION_INPUTS)
+    at, reached = f"at {b.upper()} in {a}", (*adaptation, *SELECTION_INPUTS)
     return [
         output(
             f"{b}.i_{a}",
             "A",
-            f"Demanded control current, {at}",
+            f"Demanded control current {at}, positive for a force towards positive displacements",
             depends_on=(*adaptation, f"{b}.set_{a}"),
             initially_depends_on=start,
             field="current",
         ),
-        _later(f"{b}.u_{a}", "N", f"Amplitude of the synchronous force, {at}", reached, field="force_amplitude"),
-        _later(f"{b}.u_phase_{a}", "rad", f"Phase of the synchronous force, {at}", reached, field="force_phase"),
+        _later(f"{b}.u_{a}", "N", f"Amplitude of the synchronous force {at}", reached, field="force_amplitude"),
+        _later(
+            f"{b}.u_phase_{a}",
+            "rad",
+            f"Phase of the synchronous force {at}, positive if it leads theta",
+            reached,
+            field="force_phase",
+        ),
     ]
 
 
 def _sensor(name: str, where: str, signal_inputs: tuple[str, ...]) -> list[Variable]:
     reached = (*signal_inputs, *ROTATION_INPUTS, *SELECTION_INPUTS)
-    amplitude, phase = f"Synchronous amplitude, {where}", f"Phase of the synchronous part, {where}"
+    amplitude, phase = (
+        f"Amplitude of the synchronous displacement {where}",
+        f"Phase of the synchronous displacement {where}",
+    )
     return [
         _later(f"amplitude.{name}", "m", amplitude, reached, field="amplitude", display_unit="um"),
-        _later(f"phase.{name}", "rad", phase, reached, field="phase"),
+        _later(f"phase.{name}", "rad", f"{phase}, positive if it leads theta", reached, field="phase"),
     ]
 
 
 def _harmonic(number: int, sensors: tuple[str, ...], adaptation: tuple[str, ...]) -> list[Variable]:
     moved, pushed = (
-        f"Root of the sum of squares of the {of}, harmonic number {number}"
-        for of in ("amplitudes of all sensors", "forces of all axes")
+        f"Root of the sum of the squared {of} for harmonic number {number}"
+        for of in ("displacement amplitudes of all sensors", "force amplitudes of all axes")
     )
     rotating = (*sensors, *ROTATION_INPUTS)
     return [
@@ -153,7 +171,7 @@ def _harmonic(number: int, sensors: tuple[str, ...], adaptation: tuple[str, ...]
 
 
 def _receptance(sensor: str, b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
-    what = f"part of the identified receptance, {sensor} by a force at {b}.{a} (6.7)"
+    what = f"part of the identified receptance from a force at {b}.{a} to the sensor {sensor}"
     reached = (*adaptation, *SELECTION_INPUTS)
     parts = (("re", "Real"), ("im", "Imaginary"))
     return [_later(f"r.{sensor}.{b}_{a}.{part}", "m/N", f"{word} {what}", reached) for part, word in parts]
@@ -161,12 +179,12 @@ def _receptance(sensor: str, b: str, a: str, adaptation: tuple[str, ...]) -> lis
 
 def _receptance_array(loop: ControlLoop) -> Array:
     rows, columns = ", ".join(loop.sensor_names), ", ".join(loop.axis_names)
-    description = f"Identified receptance (6.7): sensor ({rows}), force ({columns}), real and imaginary part"
+    description = f"Identified receptance, by sensor ({rows}), force ({columns}), and real and imaginary part"
     return Array("receptance", description)
 
 
 def _contact_share(b: str, sensors: tuple[str, ...]) -> list[Variable]:
-    what = f"Share of the last revolutions in contact at {b.upper()}, detected by contact.source"
+    what = f"Fraction of time in contact at {b.upper()}, averaged over about one revolution"
     reached = (*sensors, "theta", "contact_state")
     return [_later(f"{b}.contact_share", "1", what, reached, minimum=0.0, maximum=1.0, field=".")]
 
@@ -206,50 +224,50 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
     adaptation = (*sensors, *ROTATION_INPUTS, "rolac_enable", "identify", "contact_state")
     setpoints = tuple(f"{b}.set_{a}" for b, a in axes)
     return [
-        _flag("rolac_active", "ROLAC is adapting its force", adaptation),
-        _flag("window_valid", "The synchronous signals span a full revolution", ROTATION_INPUTS),
+        _flag("rolac_active", "Whether ROLAC is adapting its force", adaptation),
+        _flag("window_valid", "Whether the synchronous signals cover a full revolution", ROTATION_INPUTS),
         _choice(
             "rolac_status",
-            "Status of ROLAC",
+            "State of ROLAC",
             STATUSES,
             adaptation,
             initially_depends_on=("rolac_enable", "Omega", "rolac.min_speed"),
         ),
         _flag(
             "rolac_limited",
-            "A synchronous force is at rolac.force_limit",
+            "Whether a synchronous force is at rolac.force_limit",
             adaptation,
             "a synchronous force is at its limit, {rolac.force_limit} N",
         ),
         _flag(
             "h_extrapolated",
-            "The speed is outside the table; H of its nearest speed is used",
+            "Whether the speed is outside the table, so that the matrix H of the nearest speed is used",
             adaptation,
-            "Omega = {Omega} rad/s is outside the table; H of its nearest speed is used",
+            "Omega = {Omega} rad/s is outside the table, so that the matrix H of the nearest speed is used",
         ),
         _flag(
             "current_limited",
-            "A demanded current is at its limit",
+            "Whether a demanded current is at its limit",
             (*adaptation, *setpoints),
             "a demanded current is at its limit, set by i_min and i_max of its axis, or by the range of the DAC",
             initially_depends_on=tuple(sorted({name for start in currents.values() for name in start})),
         ),
         _flag(
             "adc_limited",
-            "A displacement is beyond the range of the ADC",
+            "Whether a displacement is beyond the range of the ADC",
             sensors,
             "a displacement is beyond the range of the ADC, {chain.adc_range} V at {chain.sensitivity} V/m",
             initially_depends_on=tuple(sorted(measured)),
         ),
         _number(
             "suspect_sensor",
-            "Number, in sensor order, of a sensor with a constant reading while others change; 0: none",
+            "Number of the first sensor whose reading stays constant while others change, or 0 if there is none",
             len(loop.sensors),
             sensors,
         ),
-        _number("table_rows", "Number of entries in the table of H, one for each speed and harmonic", 1e6, adaptation),
+        _number("table_rows", "Number of rows in the table of H, one for each speed and harmonic", 1e6, adaptation),
         _choice("identification_state", "Stage of the identification", stages(loop.axis_names), adaptation),
-        _choice("identification_error", "Cause of failure of the identification", ERRORS, adaptation),
+        _choice("identification_error", "Cause for which the identification failed", ERRORS, adaptation),
         _later(
             "identification_progress",
             "1",
@@ -262,7 +280,7 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
         _later(
             "condition_number",
             "1",
-            "Condition number of the last identified receptance, with sensor weights",
+            "Condition number of the last identified receptance, including the weights of the sensors",
             (*adaptation, *SELECTION_INPUTS),
             minimum=0.0,
             maximum=LARGEST_CONDITION,
