@@ -8,6 +8,7 @@ import pytest
 from lxml import etree
 from rig import ACTUATOR, CONTROLLER
 
+from amb_cosim.export import models
 from amb_cosim.model_constants.plant_data import plant
 from fmi_export.building import identity
 from fmi_export.building.documentation import page
@@ -20,6 +21,7 @@ class Page:
 
     def __init__(self, text: str) -> None:
         root = etree.fromstring(re.sub(r"<((?:img|meta|br|hr)\b[^>]*?)/?>", r"<\1/>", text))
+        self.text = " ".join(root.itertext())
         self.rows = [["".join(cell.itertext()) for cell in row] for row in root.iter("tr")]
         self.headings = ["".join(heading.itertext()) for heading in root.iter("h1", "h2", "h3")]
         self.references = root.xpath("//@src | //@href")
@@ -51,6 +53,14 @@ def test_the_page_shows_the_variables_and_loads_no_other_file(name):
     for v in model.interface.variables:
         assert v.description in variables[v.name][-1]
     assert [reference for reference in shown.references if not reference.startswith("https:")] == ["./sketch.svg"]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_pages_of_another_machine_name_no_parts_of_the_rig(name):
+    model, _ = getattr(models, name)(rotor="turbo_expander")
+    other, rig = Page(page(model)), Page(page(MODELS[name]))
+    assert re.findall(r"(?i)(?<!/)\b(?:mb[12]|rb[12]|eb[12]|d[1-4]|s[1-8])\b", other.text) == []
+    assert "Run it" in set(rig.headings) - set(other.headings)
 
 
 def test_a_model_without_a_readme_has_a_page_too(lag):

@@ -1,7 +1,8 @@
 """Documentation in an FMU: a page about its model, a sketch, licences and an icon.
 
-The page contains the README of the model's package, followed by the FMU's variables, faults and warnings. It needs
-neither a network nor any other file except the sketch.
+The page contains the README of the model's package, followed by the FMU's variables, faults and warnings. A section of
+the README that shows an example names its variables in a comment, and is only on the pages of FMUs that have these. The
+page needs neither a network nor any other file except the sketch.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from fmi_export.building.interface_page import PageTable, tables
 from fmi_export.model import Model
 
 PICTURES = {"sketch.svg": "documentation/sketch.svg", "icon.png": "model.png"}  # of a package, and where they go
+EXAMPLE_OF = re.compile(r"<!-- variables: (.+) -->\n+")
 STYLE = """
 body { font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }
 table { border-collapse: collapse; margin: 1em 0; font-size: 14px; }
@@ -60,11 +62,25 @@ def licence(distribution: str) -> str:
 def page(model: Model) -> str:
     """Return the page of a model as HTML."""
     readme = package_folder(model.packages[0]) / "README.md"
-    text = readme.read_text(encoding="utf-8") if readme.is_file() else f"# {model.name}\n\n{model.description}.\n"
+    text = (
+        _for_model(readme.read_text(encoding="utf-8"), model)
+        if readme.is_file()
+        else f"# {model.name}\n\n{model.description}.\n"
+    )
     html_tables = "\n".join(_table(table) for table in tables(model))
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(model.name)}</title>\n'
         f"<style>{STYLE}</style>\n</head>\n<body>\n{_html(text)}\n{html_tables}\n</body>\n</html>\n"
+    )
+
+
+def _for_model(readme: str, model: Model) -> str:
+    """Return a README without the sections whose examples use variables that the model lacks."""
+    sections = [(EXAMPLE_OF.search(section), section) for section in re.split(r"^(?=## )", readme, flags=re.MULTILINE)]
+    return "".join(
+        EXAMPLE_OF.sub("", section)
+        for example, section in sections
+        if example is None or set(example[1].split(", ")) <= model.interface.position.keys()
     )
 
 
