@@ -5,5 +5,5 @@ LOG_CATEGORIES = {
     "logStatusDiscard": "A request was refused, and nothing has changed.",
     "logStatusError": "The model stopped; fault_code says why.",
     "logStatusFatal": "The FMU can no longer be used.",
-    "logAll": "Everything.",
+    "logAll": "All messages.",
 }

@@ -33,7 +33,7 @@ def try_broken_resources(folder: str, place: str) -> list:
 def test_resources_that_python_cannot_use_are_refused_with_the_reason(fmu, run_python, tmp_path):
     *refusals, run = run_python(try_broken_resources, folder=fmu, place=tmp_path)
     sentences = [
-        "PythonFMU reads no folder with %%20 in its path: ",  # for a printf
+        "PythonFMU cannot read a folder with %%20 in its path: ",  # for a printf
         "slavemodule.txt: No such file or directory",
         "probe_lag_fmu.py: No such file or directory",
         "FileNotFoundError(2, 'No such file or directory')",

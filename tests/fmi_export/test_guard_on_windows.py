@@ -60,4 +60,4 @@ def test_a_folder_without_resources_is_refused_before_python_is_needed(fmu, refu
     assert "cannot read Z:\\nowhere/model.bin: No such file or directory" in refusal("Z:\\nowhere")
     assert "the resource location https://server/share is not on this machine" in refusal("https://server/share")
     encoded = shutil.copytree(fmu / "resources", fmu / "a%20b")
-    assert "PythonFMU reads no folder with %20 in its path" in refusal(f"Z:{encoded}")
+    assert "PythonFMU cannot read a folder with %20 in its path" in refusal(f"Z:{encoded}")

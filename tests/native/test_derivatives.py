@@ -79,7 +79,7 @@ def test_a_request_of_an_undefined_derivative_is_harmless(library, unknowns, kno
         fmu.begin()
         fmu.step(0)
         assert derivative(fmu, unknowns, knowns, [1.0])[0] == DISCARD
-        assert "Real outputs by Real inputs" in fmu.log[-1][2] or "Float64 variables" in fmu.log[-1][2]
+        assert "Real outputs" in fmu.log[-1][2] or "Float64" in fmu.log[-1][2]
         assert fmu.step(1) == OK
 
 
@@ -87,7 +87,7 @@ def test_no_derivative_exists_before_the_first_step(library):
     with library.instantiate() as fmu:
         fmu.begin()
         assert derivative(fmu, ["y"], ["u"], [1.0])[0] == DISCARD
-        assert_names(fmu.log[-1][2], "size", "none")
+        assert_names(fmu.log[-1][2], "derivative", "no step")
         assert fmu.step(0) == OK
         assert derivative(fmu, ["y"], ["u"], [0.0]) == (OK, [0.0])
 

@@ -119,7 +119,7 @@ def test_a_location_without_data_is_refused_with_the_reason(alone, location, fac
 
 @pytest.mark.parametrize(
     ("content", "facts"),
-    [(slice(-1), ("not whole",)), (bytes(1 << 18), ("no data",)), (None, ("Is a directory",))],
+    [(slice(-1), ("size", "bytes")), (bytes(1 << 18), ("no data",)), (None, ("Is a directory",))],
     ids=["short", "long", "folder"],
 )
 def test_a_file_or_folder_in_place_of_the_data_is_refused(library2, alone, tmp_path, content, facts):

@@ -63,9 +63,9 @@ def test_a_fault_is_part_of_the_state(library):
         (lambda text: b"", ("another FMU",)),
         (lambda text: b"rubbish" * 100, ("another FMU",)),
         (lambda text: b"{x" + text[2:], ("another FMU",)),
-        (lambda text: text[:-1], ("not whole",)),
-        (lambda text: text + b"\0", ("not whole",)),
-        (lambda text: text[:60] + bytes([text[60] ^ 1]) + text[61:], ("not whole",)),
+        (lambda text: text[:-1], ("damaged",)),
+        (lambda text: text + b"\0", ("damaged",)),
+        (lambda text: text[:60] + bytes([text[60] ^ 1]) + text[61:], ("damaged",)),
     ],
     ids=["nothing", "rubbish", "another guid", "short", "long", "one bit"],
 )

@@ -25,7 +25,7 @@ def terminals(table: Interface) -> bytes:
         "Terminal",
         name=NAME,
         matchingRule="bus",
-        description="Inputs and outputs; an output feeds the inputs of the same name",
+        description="All inputs and outputs, where an output feeds the inputs of the same name",
     )
     for slot in slots(table):
         if slot.variables[0].causality != "parameter" and slot.name != FAULT_CODE:

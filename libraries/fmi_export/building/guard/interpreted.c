@@ -42,7 +42,7 @@ static const char *failure(struct Kernels *kernels, fmi2Status status)
 {
     kernels->is_lost = status > fmi2Discard;
     if (status != fmi2OK && !*kernels->first_error)
-        snprintf(kernels->first_error, TEXT_SIZE, "Python failed without a reason");
+        snprintf(kernels->first_error, TEXT_SIZE, "Python failed without giving a reason");
     return *kernels->first_error ? kernels->first_error : NULL;
 }
 

@@ -132,6 +132,6 @@ int make_readable(char *path, const char *folder, char *reason)
         return 0;
     }
     if (!is_utf8(path))
-        snprintf(reason, TEXT_SIZE, "PythonFMU reads no folder whose name is not UTF-8: %.*s", EXCERPT, path);
+        snprintf(reason, TEXT_SIZE, "PythonFMU cannot read a folder whose name is not UTF-8: %.*s", EXCERPT, path);
     return is_utf8(path);
 }

@@ -71,7 +71,7 @@ int open_pythonfmu(PythonFmu *pythonfmu, const char *resources, char *reason)
     BuiltWith built = built_with(resources);
     memset(pythonfmu, 0, sizeof *pythonfmu);
     if (!path_beside(path))
-        snprintf(reason, TEXT_SIZE, "the FMU does not find its own library");
+        snprintf(reason, TEXT_SIZE, "the FMU cannot find its own library");
     else if (!provide_python(&built, why))
         snprintf(
             reason, TEXT_SIZE,
@@ -113,7 +113,7 @@ char *readable_folder(const char *folder, char *reason)
     if (make_readable(path, folder, reason)) {
         if (!strstr(path, "%20") && !strstr(path, "file://"))
             return path;
-        snprintf(reason, TEXT_SIZE, "PythonFMU reads no folder with %%20 in its path: %.*s", EXCERPT, path);
+        snprintf(reason, TEXT_SIZE, "PythonFMU cannot read a folder with %%20 in its path: %.*s", EXCERPT, path);
     }
     free(path);
     return NULL;

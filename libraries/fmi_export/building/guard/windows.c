@@ -79,7 +79,7 @@ int make_readable(char *path, const char *folder, char *reason)
     snprintf(path, PATH_SIZE, "%s", folder);
     if (is_ascii(path) || (shorten(path) && is_ascii(path)))
         return 1;
-    snprintf(reason, TEXT_SIZE, "PythonFMU reads no folder with letters beyond ASCII on Windows: %.*s", EXCERPT,
+    snprintf(reason, TEXT_SIZE, "PythonFMU cannot read a folder with letters beyond ASCII on Windows: %.*s", EXCERPT,
              folder);
     return 0;
 }

@@ -83,14 +83,14 @@ int data_is_valid(const unsigned char *bytes, size_t size, char *reason)
     uint32_t sum;
     *reason = '\0';
     if (size < sizeof *header || memcmp(header->magic, MAGIC, sizeof MAGIC) != 0)
-        snprintf(reason, TEXT_SIZE, "there is no data of an FMU in it");
+        snprintf(reason, TEXT_SIZE, "it contains no data of an FMU");
     else if (header->version != VERSION)
-        snprintf(reason, TEXT_SIZE, "its format is number %llu, but the library reads number %d",
+        snprintf(reason, TEXT_SIZE, "its format has number %llu, but the library reads number %d",
                  (unsigned long long)header->version, VERSION);
     else if (!sizes_are_possible(header))
         snprintf(reason, TEXT_SIZE, "it is damaged: its sizes are impossible");
     else if (size != size_of(header) + sizeof sum)
-        snprintf(reason, TEXT_SIZE, "it is not whole: it has %llu bytes instead of %llu", (unsigned long long)size,
+        snprintf(reason, TEXT_SIZE, "it has the wrong size, %llu bytes instead of %llu", (unsigned long long)size,
                  (unsigned long long)(size_of(header) + sizeof sum));
     if (*reason)
         return 0;

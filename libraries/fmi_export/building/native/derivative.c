@@ -134,16 +134,20 @@ static Status extrapolate(const TrialSteps *trial, const char *call, double shar
     }
     const char *name = name_of(&trial->instance->run.data, trial->unknowns[j]);
     if (best < 0 || least > AGREEMENT * fabs(quotients[best]) + noise[best])
-        return decline(trial->instance,
-                       "%s: %s has no derivative by %s here; differences over ever smaller changes do not agree", call,
-                       name, trial->input);
+        return decline(
+            trial->instance,
+            "%s: %s has no derivative with respect to %s here, because differences over ever smaller changes "
+            "do not agree",
+            call, name, trial->input);
     int next = best + 1 < LEVELS && trial->valid[best + 1];
     double finer = next ? gap[best + 1] : gap[best], coarser = next ? gap[best] : gap[best - 1];
     int is_off = finer > 0.5 * FINER * coarser && gap[best] < noise[best] * (OFF / (ROUNDINGS * DBL_EPSILON));
     if (gap[best] > KINK * fabs(quotients[best]) + noise[best] && finer > 0.5 * coarser && !is_off)
-        return decline(trial->instance,
-                       "%s: %s has no derivative by %s here; the one-sided derivatives differ by %g of %g", call, name,
-                       trial->input, gap[best], quotients[best]);
+        return decline(
+            trial->instance,
+            "%s: %s has no derivative with respect to %s here, because the one-sided derivatives differ by %g "
+            "around %g",
+            call, name, trial->input, gap[best], quotients[best]);
     *result = quotients[best] + (quotients[best] - quotients[best - 1]) / (FINER * FINER - 1.0);
     return STATUS_OK;
 }
@@ -202,9 +206,10 @@ static Status prepare(TrialSteps *trial, const char *call, char **block)
     if ((trial->n && !trial->unknowns) || (trial->n_knowns && !trial->knowns))
         return fail(instance, "%s: references is NULL", call);
     if (!are_of(instance, trial->unknowns, trial->n, 1) || !are_of(instance, trial->knowns, trial->n_knowns, 0))
-        return decline(instance, "%s: there are derivatives of Real outputs by Real inputs alone", call);
+        return decline(instance, "%s: only Real outputs have derivatives, and only with respect to Real inputs", call);
     if (!(instance->now->outcome.step_size > 0.0))
-        return decline(instance, "%s: derivatives are those over a step of the size of the last one; there was none",
+        return decline(instance,
+                       "%s: a derivative is taken over a step as long as the last one, and there has been no step",
                        call);
     size_t saved = (instance->saved_size + 15) / 16 * 16, n_columns = trial->n + trial->n_knowns;
     *block = malloc(saved + ((1 + 2 * LEVELS) * trial->n + n_columns) * sizeof(double));

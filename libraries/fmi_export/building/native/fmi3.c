@@ -317,7 +317,8 @@ static Status derivatives(Instance *instance, const char *call,
     Status status =
         of_unknowns && of_knowns
             ? find(instance, call, &values, seed, results)
-            : decline(instance, "%s: seed and sensitivity must have a value for each of Float64 variables", call);
+            : decline(instance,
+                      "%s: all variables must be Float64, with a value of seed or sensitivity for each element", call);
     free(of_unknowns);
     free(of_knowns);
     return status;

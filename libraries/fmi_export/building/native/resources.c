@@ -233,7 +233,7 @@ static unsigned char *bytes_of_uri(const char *rest, size_t *size, char *reason)
         }
     }
     if (digits[strspn(digits, "=")]) {
-        snprintf(reason, TEXT_SIZE, "the data URI with the resources is not base64 at its character %zu",
+        snprintf(reason, TEXT_SIZE, "the data URI with the resources is not valid base64 at character %zu",
                  (size_t)(digits - rest) + strlen("data:") + 1);
         free(bytes);
         return NULL;

@@ -134,7 +134,7 @@ Status slave_deserialise(Instance *instance, const char *call, const void *bytes
     if (size == serialised_size(instance))
         memcpy(&sum, (const char *)bytes + instance->saved_size, sizeof sum);
     if (size != serialised_size(instance) || sum != checksum(bytes, instance->saved_size))
-        return fail(instance, "%s: the bytes are damaged or not whole", call);
+        return fail(instance, "%s: the bytes are damaged, or their number is wrong", call);
     void *saved = new_state(instance);
     if (!saved)
         return fail(instance, "%s: there is no memory for a state", call);
