@@ -63,7 +63,8 @@ PACKAGES = "PACKAGES"  # of a package: the names of all packages whose code its 
 def _compiled(function: F, **options: bool) -> F:
     if not COMPILED:
         return function
-    settings: dict[str, Any] = {"error_model": "numpy", **KERNEL_OPTIONS, **options}
+    # By default, numba compiles a function that an inlined one calls a second time, and inlines that copy everywhere.
+    settings: dict[str, Any] = {"error_model": "numpy", "forceinline": False, **KERNEL_OPTIONS, **options}
     folder = _cache_folder(function.__module__.split(".")[0], cast(Any, numba.config).CACHE_DIR)
     if folder is not None:
         with suppress(RuntimeError):  # numba finds no place for a cache of its own

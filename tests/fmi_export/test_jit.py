@@ -94,6 +94,26 @@ def test_a_kernel_divides_as_ieee_arithmetic_does():
     assert quotient(1.0, 0.0) == pytest.approx(float("inf"))
 
 
+def test_kernels_below_an_inlined_kernel_are_not_inlined():
+    from fmi_export.jit import inlined_kernel, kernel
+
+    @kernel
+    def below(x):
+        return 2.0 * x
+
+    @inlined_kernel
+    def inlined(x):
+        return below(x) + 1.0
+
+    @kernel
+    def caller(x):
+        return inlined(x)
+
+    assert caller(3.0) == 7.0
+    attributes = {k: "alwaysinline" in k.inspect_llvm(k.signatures[0]) for k in (below, inlined)}
+    assert attributes == {below: False, inlined: True}
+
+
 def test_a_kernel_that_allocates_is_not_compiled():
     import numba
     import numpy as np

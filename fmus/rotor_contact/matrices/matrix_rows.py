@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, noinline_kernel
+from fmi_export.jit import inlined_kernel, kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.contact.site import Sites
 from rotor_contact.forces.dynamics import Motion
@@ -128,7 +128,7 @@ def share_of(matrices: StepMatrices, which: int, index: float) -> float:
     return share
 
 
-@kernel
+@inlined_kernel
 def is_complete(matrices: StepMatrices, which: int, index: float) -> bool:
     """Return whether all levels for a speed of the grid are complete in the slot `which`."""
     sizes, slot = matrices.sizes[0], matrices.slots[which]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from fmi_export.flat import is_near
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from rotor_contact.contact.site import Sites
 from rotor_contact.forces.dynamics import Motion
 from rotor_contact.forces.passive_bearings import same_passive, set_passive
@@ -32,7 +32,7 @@ STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the l
 STEPS_PER_SPEED = 16.0  # steps that are subtracted from the count for every speed passed that is built
 
 
-@kernel
+@inlined_kernel
 def steps_with_matrices(
     motion: Motion, sites: Sites, step_size: float, key: MatricesKey, memory: np.record
 ) -> tuple[bool, float]:

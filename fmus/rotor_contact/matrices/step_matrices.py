@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fmi_export.flat import same_bits
-from fmi_export.jit import kernel, views
+from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.forces.excitation import first_unbalance
@@ -306,7 +306,7 @@ def forget_combined(matrices: StepMatrices, slot: int) -> None:
         matrices.combined[slot * MAX_LEVELS + level] = 0.0
 
 
-@kernel
+@inlined_kernel
 def is_for(matrices: StepMatrices, key: MatricesKey) -> bool:
     """Return whether the matrices are for this key."""
     return same_bits(matrices.key.values, key.values)

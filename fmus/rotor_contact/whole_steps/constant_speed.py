@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fmi_export.flat import copy, same_bits
-from fmi_export.jit import kernel, views
+from fmi_export.jit import inlined_kernel, kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
@@ -70,7 +70,7 @@ def constant_speed_of(array: Array, at: int, n_bearings: int) -> ConstantSpeed:
     )
 
 
-@kernel
+@inlined_kernel
 def follow(motion: Motion, is_constant: bool, is_same: bool, constant: ConstantSpeed, memory: np.record) -> None:
     """Count the steps at a constant speed; choose the gradients for the matrices at this speed.
 
@@ -123,7 +123,7 @@ def _are_near(motion: Motion, gradients: Array) -> bool:
     return bool(change <= NEAR * largest)
 
 
-@kernel
+@inlined_kernel
 def use_constant_speed(
     structure: Structure,
     motion: Motion,
@@ -162,7 +162,7 @@ def use_grid(matrices: StepMatrices) -> None:
     matrices.gradients[:] = 0.0
 
 
-@kernel
+@inlined_kernel
 def _slot_for(matrices: StepMatrices, Omega: float, gradients: Array, others: Array) -> int:
     """Return the slot for this speed and these gradients, or assign one that does not contain the `others`."""
     for which in range(N_CONSTANT):
@@ -175,7 +175,7 @@ def _slot_for(matrices: StepMatrices, Omega: float, gradients: Array, others: Ar
     return which
 
 
-@kernel
+@inlined_kernel
 def _is_of(matrices: StepMatrices, which: int, Omega: float, gradients: Array) -> bool:
     """Return whether a slot contains rows for this speed and these gradients."""
     is_begun = matrices.slots[FIRST_CONSTANT + which].index == CONSTANT + which
