@@ -172,12 +172,12 @@ def test_every_axis_has_its_own_fault_codes():
         (
             "mb2.bias_current_y",
             9.0,
-            ("mb2.bias_current_y", "9 A", "mb2.static_current_y", "1.14 A", ">= 0 A", "<= 10 A"),
+            ("mb2.bias_current_y", "9 A", "mb2.static_current_y", "1.14 A", ">= 0 A", "10 A"),
         ),
         (
             "mb1.static_current_x",  # the upper pair would have to carry less than no current
             -5.0,
-            ("mb1.bias_current_x", "4.43 A", "mb1.static_current_x", "-5 A", ">= 0 A", "<= 10 A"),
+            ("mb1.bias_current_x", "4.43 A", "mb1.static_current_x", "-5 A", ">= 0 A", "10 A"),
         ),
         (
             "mb1.voltage_limit_x",

@@ -52,4 +52,4 @@ def test_figures_of_the_theory_pages_are_those_of_the_model():
     assert f"1 A up to {in_hz[0]:.0f} Hz, 4.43 A up to {in_hz[1]:.0f} Hz" in PROSE
     assert f"354 N: {capacity.up[0]:.0f} N up, {capacity.down[0]:.0f} N down" in PROSE
     assert f"`b_sat` = {p.b_sat:.4f} T" in PROSE
-    assert f"above {float(current_amplitude(p, 1400.0)):.2f} A at a slew rate" in PROSE
+    assert f"above {float(current_amplitude(p, 1400.0)):.2f} A reaches the voltage limit" in PROSE

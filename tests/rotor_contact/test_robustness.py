@@ -102,7 +102,7 @@ def test_nan_input_is_refused_by_name(value):
 @pytest.mark.parametrize(("x_offset", "y_offset"), [(CLEARANCE, 0.0), (-6e-4, 6e-4), (0.0, 1.0)])
 @pytest.mark.parametrize("site", ["rb1", "rb2"])
 def test_retainer_offset_by_its_clearance_or_more_is_refused(site, x_offset, y_offset):
-    with raises_naming(Fault, f"{site}.offset_x", "< 0.00075 m"):
+    with raises_naming(Fault, f"{site}.offset_x", "<", "0.00075 m"):
         plant({f"{site}.offset_x": x_offset, f"{site}.offset_y": y_offset})
     plant({f"{site}.offset_x": 0.999 * CLEARANCE})
 
