@@ -112,9 +112,10 @@ def _radii(rotor: Rotor) -> list[float]:
 
 
 def _cylinder(body: Any) -> dict[str, float]:
-    """Return the radius and width (m) of the steel cylinder that has the mass and the polar inertia of a body.
+    """Return the radius and width (m) of a steel cylinder with the same mass and polar inertia as a body.
 
-    I_p = m r^2 / 2 and m = rho pi r^2 b. A disc has its own dimensions; a point mass is drawn as a section of a sphere.
+    They follow from I_p = m r^2 / 2 and m = rho pi r^2 b. A disc keeps its own dimensions. A point mass is drawn with
+    the radius and the diameter of a steel sphere of the same mass.
     """
     if isinstance(body, Disc):
         return {"radius": body.radius, "width": body.width}

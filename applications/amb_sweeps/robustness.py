@@ -46,7 +46,7 @@ class RobustnessRow:
     reason
         Reason for an early end; otherwise empty.
     last_contact
-        Cycle of the last contact; None without contact.
+        Cycle of the last contact; None if there was none.
     peak_force
         Largest normal contact force at each site with contact.
     orbit

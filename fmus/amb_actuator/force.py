@@ -153,8 +153,8 @@ def linear_force(p: np.record, k_s: float, k_i: float, x: float, c: Coils, total
             + K_i/2 [e^2 (n_u^2 a^2 - n_l^2 b^2) - (a^2 - b^2)]/(a + b)
 
     For a healthy bearing e = 1, and the last term is zero. For the `total` force, a^2 - b^2 is omitted from this term.
-    The force at the centre of a healthy bearing is then F_0 = K_i/2 I_s, as follows from (2.6) and (2.9), and it is
-    zero without currents.
+    The force at the centre of a healthy bearing is then F_0 = K_i/2 I_s, as follows from (2.6) and (2.9). It is zero
+    if there are no currents.
     """
     a, b = p.static_current + p.bias_current, p.bias_current
     squares = a * a + b * b

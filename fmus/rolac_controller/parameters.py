@@ -41,8 +41,8 @@ GENERAL = (
     parameter(
         "prediction_time",
         "s",
-        "Time by which displacements and angle are extrapolated, for masters that delay connections, such as two "
-        "communication steps in Jacobi order",
+        "Time by which displacements and angle are extrapolated if the master delays connections; in Jacobi order, two "
+        "communication steps",
         0.0,
         minimum=0.0,
         maximum=0.1,

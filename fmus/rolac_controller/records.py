@@ -29,11 +29,14 @@ N_ORDERS, N_HARMONIC = N_HARMONICS * size_of(HARMONIC), N_HARMONICS * size_of(HA
 
 
 class Parameters(NamedTuple):
-    """The parameters: record `PARAMETERS`, in an array of length 1; parameters of axes, harmonics, sensors and planes.
+    """The parameters of the controller, and those of its constants that are used with them.
 
-    axes, harmonics
-        Records `GAINS`, shape (n_axes,), and records `HARMONIC`, shape (N_HARMONICS,). The first order 0 ends the list
-        of harmonics.
+    common
+        Record `PARAMETERS`, in an array of length 1.
+    axes
+        Records `GAINS`, shape (n_axes,).
+    harmonics
+        Records `HARMONIC`, shape (N_HARMONICS,). The first order 0 ends the list of harmonics.
     sensor_weights, sensor_scales
         Weights and scales of the sensors, shape (n_sensors,).
     plane_positions, plane_offsets
@@ -56,7 +59,17 @@ class Parameters(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """The inputs: record `INPUTS` (length 1); displacements (m); setpoints (m); records `SENSOR_FAULTS`."""
+    """The inputs of the controller.
+
+    common
+        Record `INPUTS`, in an array of length 1.
+    displacements
+        Displacements at the sensors, shape (n_sensors,) (m).
+    setpoints
+        Setpoints of the axes, shape (n_axes,) (m).
+    faults
+        Records `SENSOR_FAULTS`, shape (n_sensors,).
+    """
 
     common: Records
     displacements: Array
@@ -65,7 +78,21 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """The outputs: record `OUTPUTS` (length 1); records of axes, sensors and harmonics; shares of contact; R (m/N)."""
+    """The outputs of the controller.
+
+    common
+        Record `OUTPUTS`, in an array of length 1.
+    axes
+        Records `AXIS_OUTPUTS`, shape (n_axes,).
+    sensors
+        Records `SENSOR_OUTPUTS`, shape (n_sensors,).
+    harmonics
+        Records `HARMONIC_OUTPUTS`, shape (N_HARMONICS,).
+    contact_shares
+        Fraction of time in contact at each bearing, shape (n_bearings,).
+    receptance
+        Receptance R, shape (n_sensors, n_axes) (m/N).
+    """
 
     common: Records
     axes: Records

@@ -63,9 +63,10 @@ def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
 
     Returns
     -------
-    frequencies, shapes
-        omega (rad/s), ascending, shape (n - 2,), or fewer if some coordinates have no inertia; and phi in columns, with
-        phi^T M phi = 1.
+    frequencies
+        Natural frequencies omega (rad/s), ascending, shape (n - 2,), or fewer if some coordinates have no inertia.
+    shapes
+        Mode shapes phi in columns, with phi^T M phi = 1.
     """
     if lacks_inertia(M, K):
         if inertias(M, K) < N_RIGID:  # a mass at a point does not resist tilting, nor does the free shaft

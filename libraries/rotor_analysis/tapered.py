@@ -22,7 +22,10 @@ WEIGHTS = 0.5 * _WEIGHTS
 
 
 def stiffness(element: Element, phi: float) -> Array:
-    """Return int E I B' B'^T + kappa G A gamma gamma^T dz with the shear angle gamma = w' - beta, shape (4, 4)."""
+    """Return the stiffness matrix, shape (4, 4): the integral of E I B' B'^T + kappa G A gamma gamma^T over z.
+
+    gamma = w' - beta is the shear angle.
+    """
     length, E = element.length, element.material.youngs_modulus
     bending = _integral(element, lambda s: E * element.second_moment_at(s) * _outer(_curvature(s, length, phi)))
     if phi == 0.0:
@@ -33,13 +36,13 @@ def stiffness(element: Element, phi: float) -> Array:
 
 
 def translational_mass(element: Element, phi: float) -> Array:
-    """Return int rho A N N^T dz, shape (4, 4)."""
+    """Return the mass matrix for translation, the integral of rho A N N^T over z, shape (4, 4)."""
     density = element.material.density
     return _integral(element, lambda s: density * element.area_at(s) * _outer(_deflection(s, element.length, phi)))
 
 
 def rotary_inertia(element: Element, phi: float) -> Array:
-    """Return int rho I B B^T dz, shape (4, 4)."""
+    """Return the mass matrix for rotation, the integral of rho I B B^T over z, shape (4, 4)."""
     density = element.material.density
     return _integral(
         element, lambda s: density * element.second_moment_at(s) * _outer(_rotation(s, element.length, phi))

@@ -32,9 +32,11 @@ def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array
 
     Returns
     -------
-    frequencies, shapes
-        omega (rad/s), ascending, shape (n,), negative where motion diverges as exp(-omega t); phi with phi^T M phi = 1
-        over the x coordinates, in columns.
+    frequencies
+        Natural frequencies omega (rad/s), ascending, shape (n,). A negative value means that the motion diverges as
+        exp(-omega t).
+    shapes
+        Mode shapes phi over the x coordinates, in columns, with phi^T M phi = 1.
     """
     at_rest = supported.at(0.0)
     supports = (*rotor.bearings, *rotor.seals)

@@ -223,7 +223,7 @@ def alternatives(statement: Statement, statements: Statements) -> list[Computati
 
 
 def on_converged(statement: Statement, statements: Statements) -> list[Computation]:
-    """Return, in a list, the way to compute a statement with more modes; the list is empty without such a model."""
+    """Return the way to compute a statement with more modes, in a list that is empty if there is no such model."""
     return [_way(statement, Reading(source=statement.converged), statements)] if statement.converged else []
 
 

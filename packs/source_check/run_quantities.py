@@ -104,7 +104,7 @@ def sites_touched(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
 
 
 def site_of_largest_force(run: Signals, begin: float = 0.0, end: float = np.inf) -> str | None:
-    """Return the site (a retainer or any other) with the largest normal contact force; None without contact."""
+    """Return the site (a retainer or any other) with the largest normal contact force, if any."""
     forces = {name_label(site): peak_force(run, site, begin, end) or 0.0 for site in places(run).sites}
     return max(forces, key=lambda site: forces[site]) if any(forces.values()) else None
 

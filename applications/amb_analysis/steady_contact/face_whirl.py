@@ -57,20 +57,31 @@ class FaceWhirl:
 class StandingRotor:
     """A rotor with unpowered bearings that rests on a face at a spin speed.
 
-    A, mass
-        State matrix of the rotor without contact, for (q, v) along x and y, shape (2 n, 2 n), and mass of the rotor
-        (kg).
+    A
+        State matrix of the rotor without contact, for (q, v) along x and y, shape (2 m, 2 m) for m coordinates q.
+    mass
+        Mass of the rotor (kg).
     rows
         Rows that give x, y and the slopes x', y' of the shaft at the face from q, then rows of accelerations due to
-        unit forces and moments, shape (8, n).
-    side, height
-        n of (1), and height of the face above the centre of mass (m).
-    stiffness, restitution, radius
-        k (N/m), coefficient of restitution, and R (m).
-    slip, load
-        omega (rad/s) and N (N).
-    race_inertia, race_drag
-        J_r (kg m^2), 0 for a seat that does not turn, and M (N m).
+        unit forces and moments, shape (8, m).
+    side
+        The sign n in (1).
+    height
+        Height of the face above the centre of mass (m).
+    stiffness
+        Stiffness k of the face (N/m).
+    restitution
+        Coefficient of restitution.
+    radius
+        Radius R of the ring (m).
+    slip
+        Slip speed omega (rad/s).
+    load
+        Normal force N (N).
+    race_inertia
+        Moment of inertia J_r of the race (kg m^2); 0 for a seat that does not turn.
+    race_drag
+        Drag M of the balls (N m).
     """
 
     A: Array

@@ -203,7 +203,10 @@ def least_trapping_over(
 
 
 def _last_trapping(least: Callable[[Array], Array], inside: float, outside: float) -> float:
-    """Return the last speed at which the rotor is trapped; it is trapped at `inside` and not trapped at `outside`."""
+    """Return the speed (rad/s) closest to `outside` at which the rotor is trapped.
+
+    The rotor is trapped at the speed `inside` and not trapped at the speed `outside`.
+    """
     enough = ACCURACY * abs(outside - inside)
     while abs(outside - inside) > enough:
         middle = 0.5 * (inside + outside)

@@ -69,7 +69,15 @@ class PoleOverSpeed:
 
 @dataclass(frozen=True)
 class CriticalCrossing:
-    """A speed (rad/s) at which vibration `mode` (from 1) has the frequency of rotation, and its decrement there."""
+    """A spin speed at which the frequency of a vibration equals the frequency of rotation.
+
+    mode
+        Number of the vibration, from 1.
+    speed
+        The spin speed (rad/s).
+    decrement
+        Logarithmic decrement of the vibration at this speed (1).
+    """
 
     mode: int
     speed: float

@@ -234,7 +234,7 @@ def convergence(
 
 
 def _furthest(cases: Sequence[ConvergenceCase], varied: str) -> list[ConvergenceCase]:
-    """Return a list of the case with the most modes or the shortest communication step; empty without such cases."""
+    """Return, in a list, the case with the most modes or the shortest communication step, if there is one."""
     return sorted((case for case in cases if case.varied == varied), key=lambda case: case.value)[-1:]
 
 

@@ -39,8 +39,10 @@ class FittedMachine:
         Support of the rotor, and spin speed (rad/s).
     free
         Fitted parameters: first those of the rotor file, then those of components.
-    rotor_parameters, loop_parameters
-        Parameters of the rotor file, and parameters of the machine's components; the latter are None without a machine.
+    rotor_parameters
+        Parameters of the rotor file.
+    loop_parameters
+        Parameters of the machine's components; None if there is no machine.
     source, stated
         The rotor file, and the content of a scenario file for the machine. This content names the base of the scenario
         and any replacements of its rotor or FMUs.

@@ -134,7 +134,7 @@ def _with_steps_of_the_run(prepared: ScenarioPlan, run: Plan) -> ScenarioPlan:
 
 
 def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
-    """Return the settings that leave only the linear part of a controller's signal chain; empty without a chain."""
+    """Return the settings that leave only the linear part of a controller's signal chain, if it has one."""
     if "chain.preset" not in parameters:
         if delay:
             raise ValueError(f"delay is not allowed; {CONTROLLER} has no signal chain")

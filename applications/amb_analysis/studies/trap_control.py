@@ -89,7 +89,7 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
     if stuck:
         words += f"; the rotor may also settle in contact at {', '.join(sorted(stuck))}"
     elif diverging:
-        words += f"; in contact at {', '.join(diverging)} its adaptation diverges"
+        words += f"; its adaptation diverges during contact at {', '.join(diverging)}"
     return Freed(possible and not stuck and not diverging, currents, words)
 
 

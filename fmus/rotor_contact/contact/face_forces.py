@@ -286,7 +286,7 @@ def write_face_rates(w: Workspace, Omega: float, dz: Array) -> None:
 
 @noinline_kernel
 def collect_losses(w: Workspace) -> None:
-    """Add to the integrals in z the heat that compression along the shaft has caused in a part of a step."""
+    """Add the heat caused by compression along the shaft during a part of a step to the integrals in z."""
     z, records = stages_of(w.stages).z, faces_of(w.faces, w.Minv.shape[0]).records
     for k in range(records.shape[0]):
         loss = records[k].loss

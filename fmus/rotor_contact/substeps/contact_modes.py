@@ -89,7 +89,8 @@ def _open_tensile(sites: Sites) -> bool:
 def _close_soonest(sites: Sites, z: Array, a: Array, Omega: float, shortest: float) -> bool:
     """Close a free site whose journal lifts from its circle too briefly to be followed; return whether there is one.
 
-    Its flight would last 2 v/a < `shortest` (s), or would only reach v^2/(2 a) < `LOWEST_FLIGHT` times the clearance.
+    The flight would last 2 v/a and reach the height v^2/(2 a). It is too brief if it is shorter than `shortest` (s), or
+    lower than `LOWEST_FLIGHT` times the clearance.
     """
     n = a.shape[0]
     v = z[n : 2 * n]

@@ -93,7 +93,7 @@ def levitated_rotor(
 def assembled(plan: Plan, made: Mapping[str, Made]) -> Made:
     """Return the model of a planned system, with the models in `made` as its components, and the model's constants.
 
-    If exactly one component has a sample time, steps are divided at the samples; otherwise, they are divided into
+    If exactly one component has a sample time, steps are split at its samples. Otherwise, they are split into
     communication steps.
 
     Raises

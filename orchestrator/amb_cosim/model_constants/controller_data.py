@@ -52,7 +52,7 @@ def inverse_receptance(receptance: ArrayLike) -> Complex:
     condition = condition_number(receptance)
     if condition > MAX_CONDITION:
         raise ValueError(
-            f"a receptance of condition number {condition:.3g} is not allowed; the number must be at most "
+            f"the condition number {condition:.3g} of the receptance matrix is not allowed; it must be at most "
             f"{MAX_CONDITION:g}, so that every combination of forces moves the sensors"
         )
     return np.asarray(-np.linalg.pinv(_checked(receptance), rcond=0.0), dtype=np.complex128)

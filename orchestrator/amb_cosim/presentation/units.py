@@ -240,7 +240,7 @@ def with_speeds_in(text: str, unit: ShownUnit) -> str:
 
 
 def chosen_for(name: str) -> ShownUnit | None:
-    """Return the unit that was chosen for the quantity that the unit `name` measures; None without a choice."""
+    """Return the unit that was chosen for the quantity that the unit `name` measures, or None if none was chosen."""
     quantity = QUANTITIES.get(_OTHER_NAMES.get(name, name), "")
     return _unit(quantity, "") if quantity in _chosen else None
 

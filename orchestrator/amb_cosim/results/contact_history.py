@@ -124,7 +124,7 @@ def recovery(dataset: Signals) -> Recovery | None:
 
 
 def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Recovery | None]:
-    """Return `recovered` and `recovery`; `last` is the cycle of the last contact, or None without contact."""
+    """Return `recovered` and `recovery`; `last` is the cycle of the last contact, if any."""
     if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
         return None, None
     disturbance, power_lost = dataset.attrs.get("disturbance_cycle"), power_lost_at(dataset)
@@ -166,7 +166,7 @@ def _stays(dataset: Signals, last: float) -> bool:
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
-    """Return the mean whirl speed (rad/s) in contact at a site in the last cycle; None without contact at the end."""
+    """Return the mean whirl speed (rad/s) in contact at a site in the last cycle; None if it is free at the end."""
     dataset = at_every_step(dataset)
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
     if mode is None or whirl is None or not len(mode) or mode[-1] == FREE:

@@ -209,7 +209,7 @@ def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> floa
     """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end`.
 
     The change is defined in `signal_arrays.change`. The amplitude is that of the last full revolution before the change
-    or the end; it is None without such a revolution.
+    or the end, and None if there is no such revolution.
     """
     circles = _circles(dataset, motion, when)
     return None if circles is None else float(np.abs(circles).sum())

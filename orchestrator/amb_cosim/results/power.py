@@ -31,7 +31,10 @@ def without_power(dataset: Signals) -> Bools:
 
 
 def power_lost_at(dataset: Signals) -> float | None:
-    """Return the first cycle after which no magnet has power; None without magnets, or if one has power at the end."""
+    """Return the first cycle after which no magnet has power.
+
+    The result is None if there are no magnets, or if one of them has power at the end.
+    """
     off = without_power(dataset)
     if not off.any() or not off[-1]:
         return None

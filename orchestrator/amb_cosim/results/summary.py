@@ -106,14 +106,15 @@ class Summary:
     energy_balance
         The largest error of the balance, divided by the largest of all energies.
     energy_balance_of_heat
-        The largest error of the balance, divided by the heat; None without heat.
+        The largest error of the balance, divided by the heat; None if there is no heat.
     stators
         The touches of each stator that the rotor has touched, by contact site; empty if there are none.
     share_beyond_reduction
         Share of the contact force's power at each site that is above the frequency up to which the reduced rotor is
         accurate.
     touchdown
-        The fall of the rotor onto its retainers, or its contact after magnets are switched off; None without contact.
+        The fall of the rotor onto its retainers, or its contact after magnets are switched off; None if
+        it touches nothing.
     warnings
         A sentence for each kind of warning from a component, which states what happened, where, and from when until
         when. Another sentence warns if much of the contact force's power is above the frequency range of the reduced
@@ -241,7 +242,7 @@ def summarise(dataset: Signals) -> Summary:
 
 
 def _recovery(dataset: Signals, last: float | None) -> tuple[bool | None, contact_history.Recovery | None]:
-    """Return `recovered` and `recovery`, given the cycle `last` of the last contact, which is None without contact."""
+    """Return `recovered` and `recovery`, given the cycle `last` of the last contact (None if there was none)."""
     recovered, recovery = contact_history.freed_after(dataset, last)
     if recovery == "unstable":
         return False, recovery

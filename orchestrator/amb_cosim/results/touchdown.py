@@ -91,7 +91,7 @@ class Touchdown:
         Time at which the first amplifier switches off, or contact begins (s from cycle 0).
     drop
         Largest fall (mm) along gravity from the position at the release, at each bearing and at each retainer that is
-        not in the plane of its bearing; None without gravity across the shaft.
+        not in the plane of its bearing; None if there is no gravity across the shaft.
     orbit
         Largest radius at the same places from the release on (mm).
     first_impacts
@@ -131,7 +131,10 @@ class Touchdown:
 
 
 def touchdown(dataset: Signals) -> Touchdown | None:
-    """Describe the touchdown of a run; None without contact, or if no amplifier is off and there is no gravity."""
+    """Describe the touchdown of a run.
+
+    The result is None if there is no contact, or if there is no gravity and no amplifier is off.
+    """
     steps, values = at_every_step(dataset), parameters(dataset)
     contact, from_cycle_0 = in_contact(steps), cycles(steps) >= 0.0
     if contact is None or not (contact & from_cycle_0).any():
@@ -185,7 +188,7 @@ def _steps(after: Signals) -> Array:
 def height(dataset: Signals, place: str) -> Array | None:
     """Return the height (m) of the rotor, measured against gravity, above the centre at a bearing or site.
 
-    The result is None without gravity across the shaft.
+    The result is None if there is no gravity across the shaft.
     """
     values, motion, gravity = parameters(dataset), path_at_rest(dataset, place), gravity_across(dataset)
     if motion is None or "gravity_angle" not in values or not gravity:
@@ -299,7 +302,7 @@ def _race_spin_up(after: Signals, site: str) -> float | None:
 def _lying(after: Signals, contact: Bools, sites: Iterable[str]) -> list[tuple[Path, float]]:
     """Return position (or gap, at faces) and clearance at each site, if there is contact in the last part of the run.
 
-    The list is empty without such contact, as in levitation, or if a position was not recorded.
+    The list is empty if there is no such contact, as in levitation, or if a position was not recorded.
     """
     values = parameters(after)
     recorded = [(_position(after, site), values.get(f"{site}.clearance")) for site in sites]

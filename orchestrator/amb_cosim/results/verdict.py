@@ -115,7 +115,7 @@ def verdict(dataset: Signals, fall: Touchdown | None = None) -> Verdict:
 
 
 def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tuple[Word, str]:
-    """Return the word and the sentence for a run; `last` is the cycle of the last contact, or None without contact."""
+    """Return the word and the sentence for a run; `last` is the cycle of the last contact, if any."""
     outcome = Outcome(*json.loads(dataset.attrs["outcome"])) if "outcome" in dataset.attrs else None
     if outcome is not None and outcome.status == "failed":
         return "failed", f"{outcome.component} at t = {outcome.time:.6g} s: {outcome.reason}"

@@ -77,7 +77,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         raise ValueError(f"scenario {name}: remove = {remove!r} is not allowed; it must be a list of names")
     if base is None:
         if remove:
-            raise ValueError(f"scenario {name}: remove requires a base")
+            raise ValueError(f"scenario {name}: 'remove' is only allowed in a scenario with a 'base'")
         return data
     if not isinstance(base, str):
         raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")

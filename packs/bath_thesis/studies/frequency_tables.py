@@ -44,7 +44,8 @@ class FrequencyTables:
         Frequencies (rad/s) of the full and the condensed model with diagonal mass, by spin speed (rad/s) (Table 3.4).
         It is empty for a rotor without master planes.
     condensation_error
-        Relative errors of the condensed frequencies (%), by spin speed (rad/s); None without master planes.
+        Relative errors of the condensed frequencies (%), by spin speed (rad/s); None for a rotor without
+        master planes.
     deviation_from_thesis
         Deviations of the rig's frequencies from the thesis (%), by model, mass matrix and speed; None for any other
         rotor.
@@ -81,7 +82,7 @@ class MeshAndCondensation(WarnedResult, DrawnResult):
     frequencies
         The tables.
     condensation
-        Errors of the condensation as a function of spin speed; None without planes to condense to.
+        Errors of the condensation as a function of spin speed; None if the rotor has no planes to condense to.
     """
 
     name: ClassVar[str] = "tables"

@@ -122,7 +122,7 @@ def simulate_trial(trial: RecoveryTrial) -> TrialRow:
 
 
 def row_of(trial: RecoveryTrial, is_free: bool, last: float | None) -> TrialRow:
-    """Return the result of a trial whose last contact is in cycle `last`, which is None without contact."""
+    """Return the result of a trial whose last contact is in cycle `last`, or None if there was no contact."""
     return TrialRow(trial.cycle, is_free, max(0.0, (last or 0.0) - trial.cycle))
 
 

@@ -41,7 +41,7 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
 
 
 def _modes(rotor: str | None, speed: str) -> tuple[float, ...]:
-    """Return the damped natural frequencies (rad/s) of a rotor at a speed; the tuple is empty without a rotor."""
+    """Return the damped natural frequencies (rad/s) of a rotor at a speed, or none if `rotor` is None."""
     if rotor is None:
         return ()
     from amb_cosim.cosim.system.values import quantity

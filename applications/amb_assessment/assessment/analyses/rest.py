@@ -190,11 +190,11 @@ def _to_rest(subject: AssessedMachine, run: Result, touchdown: Touchdown) -> Ite
     if coasting is None:
         return
     before = coast_down(times[: 3 * len(times) // 4], speeds[: 3 * len(times) // 4], J, drag)
-    other = "is never reached" if before is None else f"is reached after {before.time:.4g} s"
+    other = "no standstill" if before is None else f"standstill after {before.time:.4g} s"
     share = 100.0 * abs(float(speeds[-1] / speeds[0]))
     basis = (
-        f"extrapolated from {share:.3g} % of the speed, with the friction of the second half of the run; if the "
-        f"last quarter of the run is left out, the extrapolated standstill {other}"
+        f"extrapolated from {share:.3g} % of the initial speed, with the friction in the second half of the run; "
+        f"an extrapolation that ignores the last quarter of the run predicts {other}"
     )
     yield Quantity("standstill_time", "extrapolated", coasting.time, "s", {}, basis)
     of_races = sum(_race_energy(parameters, run, site) for site in sites)

@@ -15,12 +15,14 @@ EXTRAPOLATED = 1000  # time steps of a coast-down
 
 @dataclass(frozen=True)
 class CoastDown:
-    """The remaining run-down from the end of a run to standstill, where its arrays end.
+    """The run-down of a rotor from the end of a run to standstill, which is the last element of each array.
 
-    times, speeds
-        Times since the start of the run (s), and magnitudes of the spin speed (rad/s).
+    times
+        Times since the start of the run (s).
+    speeds
+        Magnitudes of the spin speed at these times (rad/s).
     heats
-        Energy of the spin (J) that contact has dissipated by then.
+        Energy of the spin that contact has dissipated until these times (J).
     """
 
     times: Array

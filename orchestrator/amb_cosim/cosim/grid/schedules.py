@@ -56,8 +56,11 @@ class PiecewiseLinear(Schedule):
         Pairs of communication point and value, in ascending order.
     grid
         Times of the communication points.
-    value, slope
-        Positions of the quantity, and of its derivative over the coming step (1/s).
+    value
+        Position of the input that receives the quantity.
+    slope
+        Position of the input that receives the rate of change of the quantity (per second) over the coming step; None
+        if there is no such input.
     """
 
     def __init__(

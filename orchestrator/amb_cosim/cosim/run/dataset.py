@@ -274,7 +274,7 @@ def _versions() -> dict[str, str]:
 
 @cache
 def git_revision() -> str | None:
-    """Return the Git commit of this package's checkout, with `-dirty` if files differ; None without a checkout."""
+    """Return the Git commit of this package's checkout, with `-dirty` if files differ; None if there is none."""
     folder = Path(__file__).parent
 
     def git(*arguments: str) -> str:

@@ -167,7 +167,10 @@ def _overlaid(below: System, table: SystemTable, folder: Path, states: bool) -> 
 
 
 def _with_components(below: System, table: SystemTable, folder: Path) -> System:
-    """Return a system with the components of a file, which replace those of the same name; `before` requires a base."""
+    """Return a system with the components of a file, which replace those of the same name.
+
+    `before` is only used if the file has a base.
+    """
     system, replaceable = below, {c.name for c in below.components}
     for new in table.component:
         fmu = new.fmu if new.fmu in models() else str(folder / new.fmu)

@@ -96,11 +96,11 @@ def orbits(dataset: Signals) -> Figure:
 
 
 def displacement(dataset: Signals) -> Figure:
-    """Draw the radius of the motion at each station, divided by the clearance, and below it the speed if it changes.
+    """Draw the radius of the motion at each station, divided by the clearance, and the speed below if it changes.
 
     The radius is drawn as a length if it is small compared with the clearance, or if there is no clearance. For a fall,
     the height or the gap is drawn, because the radius equals the clearance after the landing; the first impacts are
-    enlarged. The gaps of faces are drawn below the other stations.
+    enlarged, and a panel below the stations shows the gap along the shaft at each face, if the machine has faces.
     """
     drawn, changing, zoom = stations(dataset), speed_is_drawn(dataset), fall_interval(dataset)
     along = touchdown(dataset) is not None and bool(places(dataset).faces)
@@ -161,7 +161,7 @@ def _draw_column(panels: NDArray[np.object_], dataset: Signals, drawn: list[Stat
 
 
 def _is_small(reach: float, clearance: float) -> bool:
-    """Return whether a motion is too small to be seen within its clearance, or has no clearance."""
+    """Return whether a motion is too small to be visible beside the clearance, or the clearance is zero."""
     return reach < SMALL_MOTION * clearance or clearance == 0.0
 
 

@@ -30,12 +30,12 @@ def draw(result: ControlComparison) -> Figure:
     panel.tick_params(length=0)
     panel.set_xlabel(f"unbalance added on D1 (g m), before multiplication by {result.unbalance_factor:g}")
     panel.set_title(
-        "number: cycles from the step to the last contact (median); dash: no contact\n"
-        f"white: still trapped at cycle {result.end_cycle:g}",
+        "number: cycles from the step to the last contact (median); dash: no contact;\n"
+        f"white cell: still trapped at cycle {result.end_cycle:g}",
         fontsize=8,
     )
     at = speed_unit().text(SIZES["speed"]["Hz"] * result.speed)
-    write_title(figure, f"Recovery from contact at {at} by control, adaptation rate and H")
+    write_title(figure, f"Recovery from contact at {at} for each control, adaptation rate and H")
     return figure
 
 

@@ -1,6 +1,6 @@
 """Translates LLVM's instructions to C, except branches and calls: each function reads a line and writes C.
 
-Each floating-point operation becomes the same operation of C. Integers wrap around, and shift counts are taken modulo
+Each floating-point operation becomes the same operation in C. Integers wrap around, and shift counts are taken modulo
 the width of the integer.
 """
 
@@ -91,7 +91,7 @@ def _compare(body: FunctionBody, line: Line) -> None:
 def _compare_reals(body: FunctionBody, line: Line) -> None:
     """Write a comparison of real numbers.
 
-    If an operand is NaN, ordered comparisons are false and unordered ones are true, whereas all comparisons of C are
+    If an operand is NaN, ordered comparisons are false and unordered ones are true, whereas all comparisons in C are
     false except `!=`.
     """
     line.skip(*FLAGS)
