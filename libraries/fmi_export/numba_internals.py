@@ -114,8 +114,9 @@ def is_in_cache(kernel: Any, signature: tuple[Any, ...]) -> bool:
     if signature in kernel.overloads:
         return True
     with suppress(Exception):  # any error from a kernel without a cache, or from reading a damaged file
-        on_disk = kernel._cache
-        return on_disk._index_key(signature, kernel.targetctx.codegen()) in on_disk._cache_file._load_index()
+        on_disk, file = kernel._cache, kernel._cache._cache_file
+        name = file._load_index()[on_disk._index_key(signature, kernel.targetctx.codegen())]
+        return Path(file._data_path(name)).exists()  # numba writes the index before the code
     return False
 
 
