@@ -51,6 +51,12 @@ def started(program: str) -> subprocess.Popen[str]:
     return subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    """Machine code of kernels that no other test has compiled."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "machine_code"))
+
+
 def test_kernels_are_compiled_by_one_process_of_those_that_begin_together(tmp_path):
     (tmp_path / "shared").mkdir()
     (tmp_path / "shared" / "__init__.py").touch()

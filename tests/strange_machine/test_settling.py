@@ -90,7 +90,8 @@ def test_settling_is_simulated_if_it_cannot_be_computed():
     run = amb_cosim.run(SOLVED.changed(settling="automatic"), set={"amb_actuator.force_law": "nonlinear"}, until=0.01)
     simulated = amb_cosim.run(NOT_SETTLED, set={"amb_actuator.force_law": "nonlinear"}, until=0.01)
     assert np.array_equal(orbits(run), orbits(simulated))
-    assert "the motion before cycle 0 was simulated: amb_actuator.north.k_yy" in run.summary.notices[0]
+    reason = "the motion before cycle 0 was simulated: amb_actuator.north.k_yy"
+    assert any(reason in notice for notice in run.summary.notices)
     assert json.loads(run.summary.to_json())["settling"] == "simulated"
 
 
