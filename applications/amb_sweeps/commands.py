@@ -93,9 +93,9 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
         try:
             swept = run_sweep(scenario, output=folder, **merged)
         except KeyboardInterrupt as error:
-            raise interrupted(f"interrupted; the same command continues with the runs in {folder}") from error
+            raise interrupted(f"interrupted; run the same command again to continue the sweep in {folder}") from error
         except ClusterFailed as error:
-            raise Failed(f"{error}; the same command continues with the runs in {folder}") from error
+            raise Failed(f"{error}; run the same command again to continue the sweep in {folder}") from error
         if not no_plots:
             from amb_sweeps.figures import draw_sweep
 

@@ -45,7 +45,7 @@ class Variations:
 def variations(
     plan: ScenarioPlan, settings: Mapping[str, Raw], change: float, identified: Callable[[], ReceptanceTable]
 ) -> Variations:
-    """Return variations of the scenario: H identified in its sampled loop, and each quantity increased or decreased.
+    """Return variations of the scenario: each quantity increased and decreased, and H as identified in a simulation.
 
     Each variation changes one quantity everywhere at once: K_b, C_b or alpha for all bearings, the clearances of all
     sites, or the unbalances of all discs.

@@ -95,5 +95,5 @@ def test_ctrl_c_keeps_finished_runs_and_exits_with_130(cluster, scenario, tmp_pa
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors
-    assert "the same command continues" in errors
+    assert "run the same command again" in errors
     assert "Traceback" not in errors

@@ -115,7 +115,7 @@ class Assignments:
         self.set_or_drop(name, raw, only="input")
 
     def drops(self, name: str, only: str | None = None) -> bool:
-        """Return whether the FMU `lacks` the variables that a name matches; if so, add the name to `dropped`."""
+        """Return whether the FMU lacks the variables that a name stands for; if so, add the name to `dropped`."""
         dropped = self.lacks(name, only)
         if dropped and name not in self.dropped:
             self.dropped.append(name)
