@@ -1,8 +1,10 @@
-"""Locks for compiling: one process compiles, and others that need the same code wait for its result on disk."""
+"""Compiling in processes: one of them compiles, and others that need the same code wait for its result on disk."""
 
 from __future__ import annotations
 
 import logging
+import os
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -10,6 +12,11 @@ from pathlib import Path
 SILENT_WAIT = 1.0  # s of waiting without a message
 
 log = logging.getLogger(__name__)
+
+
+def import_path() -> str:
+    """Return a value of PYTHONPATH with which another process imports the modules that this one would import."""
+    return os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)
 
 
 @contextmanager

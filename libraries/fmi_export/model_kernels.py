@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fmi_export.compiling import compiling
+from fmi_export.compiling import compiling, import_path
 from fmi_export.jit import COMPILED
 
 
@@ -52,7 +52,7 @@ def compile_model(initialise: Callable[..., int], step: Callable[..., int]) -> N
         if not are_compiled():
             subprocess.run(
                 [sys.executable, "-P", "-m", __name__, json.dumps(places)],
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)},
+                env={**os.environ, "PYTHONPATH": import_path()},
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,  # numba shows an error again when Python calls the kernel

@@ -240,8 +240,8 @@ def compile_nothing() -> None:
 def compile_entries(entries: Collection[str]) -> None:
     """Make numba compile and cache only `entries` (`module.function`), each once with everything that it calls.
 
-    Call this before any kernel is loaded, in a process that compiles kernels for others. Every other function has the
-    function of Python that raises a MemoryError instead of machine code, so it can only be called by entries.
+    Call this before any kernel is loaded, in a process that compiles kernels for others. There, only entries can call
+    the other functions: if Python calls one, it raises a MemoryError, because it has no machine code of its own.
     """
     caching: Any = importlib.import_module("numba.core.caching")
     codegen: Any = importlib.import_module("numba.core.codegen")

@@ -1,7 +1,7 @@
 """Compiles the kernels of a model into numba's cache on disk: `compile_kernels.py MODEL [MODULE.KERNEL ...]`.
 
-Machine code is made of the two kernels of a model, and of those named, which Python calls too: of what only kernels
-call it would cost as much again.
+It compiles the two kernels of the model and the named ones, which Python calls as well. To compile the kernels that
+only other kernels call would take as long again.
 """
 
 import os

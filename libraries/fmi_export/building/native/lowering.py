@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from amb_files.temporary_folders import temporary_folder
+from fmi_export.compiling import import_path
 from fmi_export.jit import KERNELS_APART
 from fmi_export.model import InitialiseKernel, StepKernel
 from fmi_export.numba_internals import compile_nothing, type_calls_once
@@ -76,7 +77,7 @@ def lower(model: Kernels) -> str:
     with temporary_folder() as folder:
         environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
         environment |= SETTINGS | {"NUMBA_CACHE_DIR": str(folder)}
-        environment["PYTHONPATH"] = os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)
+        environment["PYTHONPATH"] = import_path()
         target = folder / "kernels.ll"
         process = subprocess.run(
             [sys.executable, "-P", "-m", __name__, json.dumps(places), str(target)],

@@ -9,11 +9,11 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import Any
 
 from amb_cosim.cosim.processes.descendants import end_descendants
 from amb_cosim.cosim.processes.memory import physical_memory
+from fmi_export.compiling import import_path
 
 SHARE_OF_MEMORY = 0.75  # of this machine's memory that a process of FMUs may use
 
@@ -21,7 +21,7 @@ SHARE_OF_MEMORY = 0.75  # of this machine's memory that a process of FMUs may us
 @contextmanager
 def child_process(module: str, arguments: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
     """Run a module of `cosim` in a process that reads the pickled arguments; end the process when the block ends."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)}
+    environment = os.environ | {"PYTHONPATH": import_path()}
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", f"amb_cosim.cosim.{module}"],
         env=environment,
