@@ -317,9 +317,9 @@ def _fault_sentences(axes: Sequence[tuple[str, str]]) -> dict[int, str]:
             f"|{b}.{a}| < {{{b}.gap_{a}}} m"
         )
         sentences[bias] = (
-            f"{operating} is not allowed; the first and the sum must be >= 0 A and differ from the "
-            f"{{{b}.permanent_bias_{a}}} A of permanent magnets by at most {{{b}.current_limit_{a}}} A, the largest "
-            f"current of a coil"
+            f"{operating} is not allowed; the first and the sum must be >= 0 A; of each, permanent magnets provide "
+            f"{{{b}.permanent_bias_{a}}} A and the coils the rest, which must be at most {{{b}.current_limit_{a}}} A "
+            f"in either direction"
         )
         sentences[voltage] = (
             f"{b}.voltage_limit_{a} = {{{b}.voltage_limit_{a}}} V is not allowed; it must drive {operating} "
