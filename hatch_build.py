@@ -73,7 +73,7 @@ class EngineBuildHook(BuildHookInterface[Any]):
 
         engines, loops = Path(self._stage.name, "engines"), Path(self._stage.name, "loops")
 
-        def add(*together: ModelKernels) -> None:
+        def add(together: tuple[ModelKernels, ...]) -> None:
             for platform in targets:
                 engine(together, platform).write(engines / engine_place(together, platform))
 
@@ -83,9 +83,9 @@ class EngineBuildHook(BuildHookInterface[Any]):
             place = loops / loop_place(platform)
             place.parent.mkdir(parents=True)
             place.write_bytes(compile_loop(platform))
-        with ThreadPoolExecutor() as pool:
-            list(pool.map(add, models))
-        add(*(model for model in models if model.name in self.config["assembled"]))  # their kernels have been lowered
+        assembled = tuple(model for model in models if model.name in self.config["assembled"])
+        with ThreadPoolExecutor() as pool:  # an engine waits for kernels that another is lowering
+            list(pool.map(add, [*((model,) for model in models), assembled]))
         build_data["force_include"][str(engines)] = TARGET
         build_data["force_include"][str(loops)] = LOOPS
         if machines and machines != list(PLATFORMS):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import sys
@@ -17,6 +18,11 @@ log = logging.getLogger(__name__)
 def import_path() -> str:
     """Return a value of PYTHONPATH with which another process imports the modules that this one would import."""
     return os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)
+
+
+def collect_garbage_rarely() -> None:
+    """Let a process that only compiles collect garbage rarely, which by default takes a tenth of its time."""
+    gc.set_threshold(100_000, 50, 1000)
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fmi_export.compiling import compiling, import_path
+from fmi_export.compiling import collect_garbage_rarely, compiling, import_path
 from fmi_export.jit import COMPILED
 
 
@@ -76,6 +76,7 @@ def main() -> None:
     """Compile the kernels whose modules and names the first argument states."""
     from fmi_export.numba_internals import compile_entries, type_calls_once
 
+    collect_garbage_rarely()
     warnings.simplefilter("ignore")  # numba's checks of code that is inlined more than once
     places = [tuple(place) for place in json.loads(sys.argv[1])]
     compile_entries({".".join(place) for place in places})

@@ -12,7 +12,8 @@ because they call the run-time system. Without the second option, compiling take
 `_cache` of a dispatcher, `numba.core.caching`, `numba.misc.appdirs`). numba finds code in its cache by the path and the
 date of the source, so that it compiles the same code again in another place. A truncated file in the cache, such as one
 left by a full disk, causes a traceback at every start. Processes that start together all compile the same code, which
-takes each of them minutes. These functions prevent all three problems. Without them, kernels are still correct.
+takes each of them minutes. In addition, numba compiles a function anew for each literal argument. These functions
+prevent all four problems. Without them, kernels are still correct.
 
 **Code for arrays at positions known only in a kernel** (`lower_array_functions`, of `numba.core` and
 `numba.np.arrayobj`). Slices, `view` and `reshape` do the same, but with divisions and branches. Without this feature, a
@@ -84,14 +85,17 @@ def cache_soundly(dispatcher: Any, folder: Path) -> Any:
 def compile_once(dispatcher: Any) -> Any:
     """Let one process compile a function and everything that it calls, while others wait for its cache on disk.
 
-    A process holds only one lock at a time: that of the function that Python calls. Returns the function.
+    A process holds only one lock at a time: that of the function that Python calls. By default, numba also compiles a
+    function anew for each literal argument. Returns the function.
     """
     compiler_lock: Any = importlib.import_module("numba.core.compiler_lock").global_compiler_lock
+    type_of: Any = importlib.import_module("numba.core.types").unliteral
     on_disk, compile_it = dispatcher._cache, dispatcher.compile
     place, name = Path(on_disk._cache_file._index_path), f"{dispatcher.py_func.__module__}.{dispatcher.__name__}"
 
     def compile_alone(signature: Any) -> Any:
         global _compiles
+        signature = tuple(type_of(argument) for argument in signature)
         with compiler_lock:
             if _compiles or is_in_cache(dispatcher, signature):
                 return compile_it(signature)
@@ -219,7 +223,7 @@ _NOWHERE = ctypes.create_string_buffer(8)  # the address of machine code that do
 
 
 def compile_nothing() -> None:
-    """Make each of numba's libraries contain only its own function; the LLVM text includes all that the function calls.
+    """Make each of numba's libraries contain only its own function, without machine code; see `linked`.
 
     Use this only in a process that lowers kernels but does not run any.
     """
@@ -228,7 +232,6 @@ def compile_nothing() -> None:
     cpu: Any = importlib.import_module("numba.core.cpu")
 
     codegen.CPUCodeLibrary.finalize = finalize
-    codegen.CPUCodeLibrary.get_llvm_str = lambda library: str(linked(library))
     codegen.CPUCodeLibrary._optimize_functions = lambda library, module: None
     codegen.JITCodeLibrary.get_pointer_to_function = _address
     codegen.JITCPUCodegen.set_env = lambda generator, name, environment: None
@@ -301,18 +304,22 @@ def _address(library: Any, name: str) -> int:
     return ctypes.addressof(_NOWHERE)
 
 
-def linked(library: Any) -> Any:
-    """Return the module of a library, linked with the modules of all libraries that it needs.
+def linked(*libraries: Any) -> Any:
+    """Return the module of some libraries, linked with the modules of all libraries that they need.
 
     A function that is inlined in one module may be called in another. Therefore everything is linked, and unused code
     is removed afterwards.
     """
     llvm: Any = importlib.import_module("llvmlite.binding")
-    module = library._final_module.clone()
-    for other in _needed(library):
-        part = other._get_module_for_linking().clone()
-        _replace_linkage(part, llvm.Linkage.linkonce_odr, llvm.Linkage.weak_odr)
-        module.link_in(part)
+    modules = [library._final_module.clone() for library in libraries]
+    modules += [other._get_module_for_linking().clone() for other in _needed(libraries)]
+    for module in modules:
+        _replace_linkage(module, llvm.Linkage.linkonce_odr, llvm.Linkage.weak_odr)
+    while len(modules) > 1:  # in pairs, because linking reads all that the first module contains
+        modules, others = modules[::2], modules[1::2]
+        for module, other in zip(modules, others, strict=False):
+            module.link_in(other)
+    module = modules[0]
     _replace_linkage(module, llvm.Linkage.weak_odr, llvm.Linkage.linkonce_odr)
     return module
 
@@ -323,12 +330,12 @@ def _replace_linkage(module: Any, old: Any, new: Any) -> None:
             function.linkage = new
 
 
-def _needed(library: Any) -> list[Any]:
-    """Return the libraries that a library calls directly or indirectly, without repetition."""
-    libraries, pending = [library], [library]
+def _needed(libraries: Collection[Any]) -> list[Any]:
+    """Return what libraries call directly or indirectly, without repetition and without themselves."""
+    needed, pending = [*libraries], [*libraries]
     while pending:
         for other in pending.pop()._linking_libraries:
-            if not any(other is present for present in libraries):
-                libraries.append(other)
+            if not any(other is present for present in needed):
+                needed.append(other)
                 pending.append(other)
-    return libraries[1:]
+    return needed[len(libraries) :]

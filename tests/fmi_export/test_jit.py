@@ -114,6 +114,21 @@ def test_kernels_below_an_inlined_kernel_are_not_inlined():
     assert attributes == {below: False, inlined: True}
 
 
+def test_literal_arguments_share_one_compiled_kernel():
+    from fmi_export.jit import kernel
+
+    @kernel
+    def scaled(x, factor, is_negative):
+        return -factor * x if is_negative else factor * x
+
+    @kernel
+    def caller(x):
+        return scaled(x, 2, False) + 10.0 * scaled(x, 3, True)
+
+    assert caller(1.0) == -28.0
+    assert len(scaled.signatures) == 1
+
+
 def test_a_kernel_that_allocates_is_not_compiled():
     import numba
     import numpy as np

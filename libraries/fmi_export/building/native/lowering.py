@@ -7,7 +7,6 @@ that numba leaves in the code lose their text; they are reported by the status t
 
 from __future__ import annotations
 
-import gc
 import importlib
 import json
 import os
@@ -20,10 +19,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from amb_files.temporary_folders import temporary_folder
-from fmi_export.compiling import import_path
+from fmi_export.compiling import collect_garbage_rarely, import_path
 from fmi_export.jit import KERNELS_APART
 from fmi_export.model import InitialiseKernel, StepKernel
-from fmi_export.numba_internals import compile_nothing, type_calls_once
+from fmi_export.numba_internals import compile_nothing, linked, type_calls_once
 
 ENTRIES = ("kernel_initialise", "kernel_step")
 
@@ -46,7 +45,6 @@ SETTINGS = {
     "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
     "PYTHONHASHSEED": "0",
 }
-RARELY = (100_000, 50, 1000)  # thresholds of the garbage collector; by default it takes a sixth of the time
 
 
 class Kernels(Protocol):
@@ -113,7 +111,7 @@ def _place(name: str, kernel: Any) -> tuple[str, str]:
 
 def main() -> None:
     """Compile the kernels named in the first argument to the file named in the second."""
-    gc.set_threshold(*RARELY)
+    collect_garbage_rarely()
     compile_nothing()
     type_calls_once()
     kernels = [getattr(importlib.import_module(module), name) for module, name in json.loads(sys.argv[1])]
@@ -167,14 +165,11 @@ def without_python(entries: list[Any]) -> str:
     """
     llvm: Any = importlib.import_module("llvmlite.binding")
     llvm.initialize_native_target()
-    modules = [llvm.parse_assembly(_remove_runtime(entry.inspect_llvm())) for entry in entries]
-    module = modules[0]
+    assembly = str(linked(*(entry._library for entry in entries)))
+    module = llvm.parse_assembly(_remove_runtime(assembly))
     # numba's C callback sets Python's error indicator; the function that it calls does not.
     for entry, name in zip(entries, ENTRIES, strict=True):
-        local = modules[ENTRIES.index(name)]
-        local.get_function(entry.native_name.removeprefix("cfunc.")).name = name
-    for other in modules[1:]:
-        module.link_in(other)
+        module.get_function(entry.native_name.removeprefix("cfunc.")).name = name
     _keep_entries_only(module, llvm)
     _refuse_what_needs_python(module)
     return _shorten_names(re.sub(r"^(target |source_filename|; ModuleID).*\n", "", str(module), flags=re.MULTILINE))
@@ -198,9 +193,9 @@ def _remove_runtime(assembly: str) -> str:
     """Remove Python's runtime, the contents of exceptions, and addresses within this process from the assembly."""
     flags = re.MULTILINE | re.DOTALL
     runtime = RUNTIME.read_text(encoding="utf-8")
-    for name in re.findall(r"@(\w+)\(", runtime):
-        assembly = re.sub(rf"^define [^@\n]*@{name}\(.*?^\}}", "", assembly, flags=flags)
-        assembly = re.sub(rf"^declare [^@\n]*@{name}\(.*?$", "", assembly, flags=flags)
+    names = "|".join(re.findall(r"@(\w+)\(", runtime))
+    named = rf"[^@\n]*@(?:{names})\("
+    assembly = re.sub(rf"^define {named}.*?^\}}|^declare {named}.*?$", "", assembly, flags=flags)
     # If it is not optimised away, such a variable is now undefined, and the build is refused.
     assembly = re.sub(r"^(@numba\.dynamic\.globals\.\w+ =) .*?$", r"\1 external global ptr", assembly, flags=flags)
     lines = (
