@@ -69,7 +69,7 @@ TOO_ROUGH = 2.0  # of a piece whose forces do not settle
 FASTEST_DRIVE = 0.3  # largest length of a piece times the rate at which drive and drag change the speed
 
 
-@kernel
+@noinline_kernel
 def advance_by_matrices(
     structure: Structure,
     w: Workspace,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, noinline_kernel
+from fmi_export.jit import inlined_kernel, kernel, noinline_kernel
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.shaft.structure import REAL
@@ -15,12 +15,18 @@ def are_any(a: float, b: float, c: float, d: float) -> bool:
     return a != 0.0 or b != 0.0 or c != 0.0 or d != 0.0
 
 
-@kernel
+@noinline_kernel
 def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
     """Write the first `size` numbers of x A (rows of A weighted with x) into `y`, which must not overlap the rows.
 
     The matrix is read in order, four rows at once; rows with weight zero are skipped.
     """
+    inlined_row_combination(x, A, y, size)
+
+
+@inlined_kernel
+def inlined_row_combination(x: Array, A: Array, y: Array, size: int) -> None:
+    """Do the same as `row_combination` without a call, for short rows of a known size."""
     for i in range(size):
         y[i] = 0.0
     j = 0
@@ -310,7 +316,7 @@ def quadratic_form(A: Array, x: Array) -> float:
     return _form(A, x, A.shape[1], 0)
 
 
-@kernel
+@inlined_kernel
 def _form(A: Array, x: Array, size: int, triangular: int) -> float:
     """Return x^T A x, eight columns at once; `triangular` is 1 if columns begin at the diagonal, else 0."""
     n = A.shape[1]

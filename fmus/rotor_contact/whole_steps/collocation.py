@@ -39,7 +39,7 @@ from rotor_contact.matrices.step_matrices import StepMatrices
 from rotor_contact.pieces.site_in_piece import follows_circle, keeps_mode
 from rotor_contact.shaft.linear_solver import solve
 from rotor_contact.shaft.lobatto import N_LOBATTO
-from rotor_contact.shaft.products import row_combination
+from rotor_contact.shaft.products import inlined_row_combination
 from rotor_contact.variables.enumerations import ROLLING
 from rotor_contact.whole_steps.whole_step_rows import WholeStep, first_contact, observed
 
@@ -77,7 +77,7 @@ def find_first_forces(w: Workspace, matrices: StepMatrices, whole: WholeStep) ->
     for k in range(n_sites):
         site = w.sites[k]
         if is_constrained(site):
-            row_combination(start[:free], whole.S[k], whole.free_response[k], N_OBSERVED)
+            inlined_row_combination(start[:free], whole.S[k], whole.free_response[k], N_OBSERVED)
             acceleration = observed(whole.free_response[k]).a_start
             a[site.row], a[site.row + 1] = acceleration[0], acceleration[1]
     if not find_multipliers(w, start[:n], start[n : 2 * n], w.motion.Omega, a):
@@ -94,7 +94,7 @@ def find_first_forces(w: Workspace, matrices: StepMatrices, whole: WholeStep) ->
     for k in range(n_sites):
         if is_constrained(w.sites[k]):
             response, of_first = whole.free_response[k], whole.contact_response[k]
-            row_combination(start[free:later], whole.S[k, free:later], of_first, N_OBSERVED)
+            inlined_row_combination(start[free:later], whole.S[k, free:later], of_first, N_OBSERVED)
             for i in range(N_OBSERVED):
                 response[i] += of_first[i]
     return True
@@ -118,7 +118,7 @@ def _locate_nodes(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> Non
         site = w.sites[k]
         if is_constrained(site):
             free, contact = whole.free_response[k], whole.contact_response[k]
-            row_combination(whole.x[later:], whole.S[k, later:], contact, N_OBSERVED)
+            inlined_row_combination(whole.x[later:], whole.S[k, later:], contact, N_OBSERVED)
             for point in range(1, N_LOBATTO):
                 node = matrices.nodes[k, point]
                 of_free, of_contact = observed(free).journal[point - 1], observed(contact).journal[point - 1]

@@ -7,7 +7,7 @@ whose motion is too fast for such cubics, is left to pieces (`matrix_step`).
 from __future__ import annotations
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, noinline_kernel
+from fmi_export.jit import inlined_kernel, kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.contact.constraints import is_any_constrained
 from rotor_contact.contact.path import Point, journal_of, keeps_distance
@@ -32,7 +32,7 @@ LONGEST_REACH = 2.0  # of a step in contact: its length times the highest rate o
 FLIGHT_MARGIN, CONTACT_MARGIN = 0.02, 1e-4
 
 
-@kernel
+@inlined_kernel
 def take_whole_step(w: Workspace, matrices: StepMatrices, h: float) -> bool:
     """Advance z over a step of length h (s) at a constant speed; return False, with z unchanged, if it needs pieces."""
     motion, stages, in_contact = w.motion, stages_of(w.stages), is_any_constrained(w.sites)
