@@ -49,13 +49,17 @@ def test_contact_marks_the_number_of_the_summary_on_its_own_scale(synthetic, sca
     assert not overlapping_texts(figure)
 
 
-def test_mean_is_thick_and_peaks_are_pale(synthetic):
-    panel = plots.figure(synthetic(), "contact").axes[0]
-    peak, mean = panel.lines[:2]
+def test_mean_is_thick_with_impact_impulses_and_peaks_are_pale_without(synthetic):
+    figure = plots.figure(synthetic(), "contact")
+    peak, mean = figure.axes[0].lines[:2]
     assert mean.get_linewidth() > 2.0 * peak.get_linewidth()
     assert mean.get_alpha() in (None, 1.0)
     assert peak.get_alpha() < 0.6
     assert np.nanmax(peak.get_ydata()) > 1.0
+    of_mean, of_peak, _ = (text.get_text() for text in figure.legends[0].texts)
+    assert "with impact impulses" in of_mean
+    assert "without" in of_peak
+    assert not cut_texts(figure)
 
 
 def without_contact(dataset):
@@ -119,14 +123,6 @@ def test_peaks_beyond_the_axis_are_marked_in_the_colour_of_their_run():
         assert limits_hold(enlarged, 9.0)
         assert not any(line.get_marker() == "^" for line in enlarged.lines)
         assert not cut_texts(figure)
-
-
-def test_legend_states_which_forces_include_impulses(synthetic):
-    figure = plots.figure(synthetic(), "contact")
-    mean, peak, _ = (text.get_text() for text in figure.legends[0].texts)
-    assert "with impact impulses" in mean
-    assert "without" in peak
-    assert not cut_texts(figure)
 
 
 def test_short_fall_is_enlarged_from_the_release_on():
@@ -276,13 +272,6 @@ def test_upright_rotor_has_no_up():
         panel = plots.figure(dataset, "orbits").axes[0]
         assert {panel.get_xlabel(), panel.get_ylabel()} == labels
     assert not plots.figure(upright, "orbits").axes[0].texts
-
-
-def test_layout_of_the_plant_states_positions():
-    """Of places without positions, as in earlier results, titles have only the name."""
-    assert RotorPlaces({"mb1": "rb1"}, ("rb1",)).z == {}
-    title = plots.figure(fall(), "contact").axes[0].get_title("left")
-    assert title == "Retainer RB1"
 
 
 def test_whirl_of_rolling_follows_a_race_that_turns():

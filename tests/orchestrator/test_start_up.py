@@ -14,6 +14,7 @@ OWN = (
     "rotor_analysis",
     "rotor_contact",
 )  # the models and what computes constants
+APPLICATIONS = ("amb_analysis", "amb_assessment", "amb_live", "amb_sweeps")
 ALL = ("fmpy", "h5py", "numpy", "pydantic", "rich", *HEAVY, *OWN)
 RUN = ("run", "fig4_9", "-o", "out", "--until")
 HELPED = (("run",), ("build",), ("identify",), ("study",), ("study", "campbell"))
@@ -51,10 +52,10 @@ def test_figures_load_matplotlib_when_they_are_drawn(loaded):
     assert loaded(("control", "matplotlib"), ("amb_cosim.results.plots",)) == []
 
 
-def test_a_run_loads_neither_compiler_nor_model_nor_data_set(loaded, runner, tmp_path):
+def test_a_run_loads_no_compiler_model_data_set_or_application(loaded, runner, tmp_path):
     run = (*RUN, "0.01", "--no-plots", "--set", "rotor_contact.rb1.clearance=0.6 mm")
     assert runner(*run).exit_code == 0  # a first run may build what is not there yet
-    assert loaded((*HEAVY, *OWN), (), run) == []
+    assert loaded((*HEAVY, *OWN, *APPLICATIONS), ("amb_cosim",), run) == []
     assert (tmp_path / "out" / "result.nc").is_file()
 
 
@@ -62,12 +63,6 @@ def test_pole_areas_load_no_library_of_units(loaded, runner):
     run = (*RUN, "0.01", "--no-plots", "--set", "amb_actuator.*.pole_area_?=4 cm^2")
     assert runner(*run).exit_code == 0
     assert loaded(("pint",), (), run) == []
-
-
-def test_a_run_loads_no_application(loaded, runner):
-    run = (*RUN, "0.01", "--no-plots")
-    assert runner(*run).exit_code == 0
-    assert loaded(("amb_analysis", "amb_assessment", "amb_live", "amb_sweeps"), ("amb_cosim",), run) == []
 
 
 @pytest.mark.slow

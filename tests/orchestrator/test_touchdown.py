@@ -311,11 +311,8 @@ def test_a_rotor_lies_lower_in_a_retainer_that_is_offset_downwards():
     assert {-0.85, -0.75} <= marked
 
 
-def test_rub_without_gravity_and_with_power_is_no_touchdown():
+def test_neither_a_rub_with_power_nor_a_flight_is_a_touchdown(synthetic):
     assert touchdown(fall(gravity=0.0).drop_vars("amb_actuator.mb1.amplifier_off_x")) is None
-
-
-def test_without_contact_there_is_no_touchdown(synthetic):
     assert summarise(synthetic()).touchdown is None
     free = {f"{site}.{name}": np.zeros(fall().sizes["time"]) for site in ("rb1", "rb2") for name in ("mode", "impulse")}
     assert touchdown(fall(contact_state=free["rb1.mode"], **free)) is None

@@ -85,17 +85,6 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("word", ["recovered", "trapped", "undecided", "landed", "rolled", "unstable"])
-def test_a_sweep_has_the_word_of_the_verdict_as_its_outcome(synthetic, word):
-    dataset = CASES[word][0](synthetic)
-    assert evaluate(dataset)[0] == summarise(dataset).recovery == summarise(dataset).verdict.word == word
-
-
-def test_a_rotor_that_rolls_at_the_end_without_power_has_rolled(synthetic):
-    dataset = rolling(without_power(synthetic()))
-    assert evaluate(dataset)[0] == summarise(dataset).verdict.word == "rolled"
-
-
 def upright(dataset):
     """Turn gravity off, and let the rotor drift from one side of its retainers to the other after its last contact."""
     drift = np.clip(dataset["cycle"].values - 12.0, 0.0, None) / 8.0
@@ -121,7 +110,7 @@ def test_verdict_on_a_loss_of_power_depends_on_axes_contact_and_time(synthetic):
         late[name] = ("time", late["cycle"].values >= 13.0)
     never_touching = without_power(free_of_contact(synthetic()))
     magnetless = synthetic(places=RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2")).to_json())
-    words = {"unstable": [one_axis], "recovered": [late]}
+    words = {"unstable": [one_axis], "recovered": [late], "rolled": [rolling(without_power(synthetic()))]}
     words["free"] = [never_touching.copy(), growing(never_touching), free_of_contact(magnetless)]
     for word, runs in words.items():
         assert [summarise(run).verdict.word for run in runs] == [word] * len(runs)
@@ -171,9 +160,12 @@ def test_a_limit_cycle_is_one_in_a_thinned_record(synthetic, every):
 
 
 @pytest.mark.parametrize("word", CASES)
-def test_first_line_of_a_printed_run_is_its_verdict(synthetic, word):
+def test_first_line_and_outcome_of_a_sweep_are_the_verdict(synthetic, word):
     make, sentence = CASES[word]
-    assert printed(make(synthetic)).startswith(f"{word}: {sentence}")
+    dataset = make(synthetic)
+    assert printed(dataset).startswith(f"{word}: {sentence}")
+    if word not in ("levitated", "failed", "interrupted"):  # a sweep has other words for these
+        assert evaluate(dataset)[0] == summarise(dataset).recovery == summarise(dataset).verdict.word == word
 
 
 def facts(dataset):
