@@ -52,24 +52,6 @@ def test_frequencies_match_print_to_one_unit_of_the_last_digit(case):
             assert number == pytest.approx(float(printed), abs=1.001 * 10.0 ** -len(printed.partition(".")[2]))
 
 
-def test_eigenvalues_of_a_hollow_cone_match_ross():
-    cone = ROSS["cone"]
-    result = eigenvalues(supported_rotor(on_cone(cone)), cone["speed"] * RPM)
-    assert np.max(difference(result, complex_numbers(cone["eigenvalues"]))) < 2e-9
-
-
-def on_cone(cone):
-    """The rotor on a conical shaft with a straight bore."""
-    rotor, count = rotor_of(cone["rotor"], "rayleigh"), cone["elements"]
-    ends = np.linspace(*cone["diameters"], count + 1)
-    nodes = tuple(np.linspace(0.0, rotor.shaft.nodes[-1], count + 1))
-    straight = replace(rotor.shaft, diameter=(max(ends),) * len(rotor.elements)).on_nodes(nodes)
-    shaft = replace(
-        straight, diameter=tuple(ends[:-1]), diameter_end=tuple(ends[1:]), inner_diameter=(cone["inner_diameter"],)
-    )
-    return rotor.on_mesh(shaft)
-
-
 @pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])
 @pytest.mark.parametrize("name", ROSS["unbalance_response"]["x_y"])
 def test_amplitude_and_phase_of_unbalance_response_match_ross(name, theory):

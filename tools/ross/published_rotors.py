@@ -16,7 +16,6 @@ import math
 import re
 import tomllib
 from importlib.metadata import version
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -40,15 +39,6 @@ SPEEDS = {  # rev/min
 THEORIES = ("rayleigh", "timoshenko")
 COUNT = 10  # eigenvalues of smallest size, one of each conjugate pair
 
-# The rotor of example 5.9.1 on a hollow conical shaft.
-CONE: dict[str, Any] = {
-    "rotor": "friswell_5_9_1",
-    "elements": 48,
-    "diameters": (0.04, 0.06),
-    "inner_diameter": 0.02,
-    "speed": 4000,
-}
-
 UNBALANCES = ({"node": 3, "magnitude": 2e-3, "phase": 0.4}, {"node": 5, "magnitude": 1e-3, "phase": -1.9})
 RESPONSES = {"friswell_5_9_5": (400, 830, 2500, 3100, 8000), "friswell_5_9_6": (1500,)}
 OBSERVED = (1, 3, 5, 7)
@@ -68,21 +58,16 @@ def read(name: str) -> dict[str, Any]:
     return tomllib.loads((HERE / "rotors" / f"{name}.toml").read_text(encoding="utf-8"))
 
 
-def build(data: dict[str, Any], theory: str, shaft: list[Any] | None = None) -> Any:
-    """Return the rotor in ROSS; `shaft` replaces the file's elements."""
-    nodes = len(shaft) + 1 if shaft else len(data["shaft"]["nodes"])
-    stretch = (nodes - 1) // (len(data["shaft"]["nodes"]) - 1)  # elements that replace one
+def build(data: dict[str, Any], theory: str) -> Any:
+    """Return the rotor in ROSS."""
     discs = [
-        ross.DiskElement(stretch * (b["node"] - 1), b["mass"], b["diametral_inertia"], b["polar_inertia"])
-        for b in data["bodies"]
+        ross.DiskElement(b["node"] - 1, b["mass"], b["diametral_inertia"], b["polar_inertia"]) for b in data["bodies"]
     ]
     bearings = [
-        ross.BearingElement(
-            stretch * (b["node"] - 1), **tensor("k", b["stiffness"]), **tensor("c", b.get("damping", 0))
-        )
+        ross.BearingElement(b["node"] - 1, **tensor("k", b["stiffness"]), **tensor("c", b.get("damping", 0)))
         for b in data["bearings"]
     ]
-    return ross.Rotor(shaft or cylinders(data, theory), discs, bearings)
+    return ross.Rotor(cylinders(data, theory), discs, bearings)
 
 
 def cylinders(data: dict[str, Any], theory: str) -> list[Any]:
@@ -93,17 +78,6 @@ def cylinders(data: dict[str, Any], theory: str) -> list[Any]:
     return [
         ross.ShaftElement(length, d_i, d_o, material=material(shaft), shear_effects=theory == "timoshenko")
         for length, d_i, d_o in zip(lengths, inner, outer, strict=True)
-    ]
-
-
-def cones(data: dict[str, Any]) -> list[Any]:
-    """Return a conical shaft with a straight bore, without shear deformation."""
-    count, bore = CONE["elements"], CONE["inner_diameter"]
-    length = data["shaft"]["nodes"][-1] / count
-    ends = np.linspace(*CONE["diameters"], count + 1)
-    return [
-        ross.ShaftElement(length, bore, left, bore, right, material(data["shaft"]), shear_effects=False)
-        for left, right in pairwise(ends)
     ]
 
 
@@ -153,7 +127,6 @@ def pairs(values: np.ndarray) -> list[list[float]]:
 
 def compute() -> dict[str, Any]:
     rotors = {name: {theory: build(read(name), theory) for theory in THEORIES} for name in SPEEDS}
-    cone = read(CONE["rotor"])
     return {
         "version": version("ross-rotordynamics"),
         "eigenvalues": {
@@ -163,7 +136,6 @@ def compute() -> dict[str, Any]:
             }
             for name, speeds in SPEEDS.items()
         },
-        "cone": {**CONE, "eigenvalues": eigenvalues(build(cone, "rayleigh", cones(cone)), CONE["speed"])},
         "unbalance_response": {
             "unbalances": UNBALANCES,
             "nodes": OBSERVED,
