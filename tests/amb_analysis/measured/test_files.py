@@ -26,14 +26,6 @@ def check(result, output="fan.x", source="fan.f_x", unit="m/N", values=H):
     np.testing.assert_allclose(curve.coherence, COHERENCE, rtol=1e-6)
 
 
-def test_reads_a_table_of_amplitude_and_phase(tmp_path):
-    rows = np.column_stack([F, 1e6 * np.abs(H), np.degrees(np.angle(H)), COHERENCE])
-    name = "fan.x/fan.f_x"
-    head = f"frequency [Hz],{name} amplitude [um/N],{name} phase [deg],{name} coherence"
-    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header=head, comments="")
-    check(read_measured(tmp_path / "a.csv"))
-
-
 def test_reads_matlab_arrays(tmp_path):
     content = {
         "frequencies": F,

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from fall_over_top import RIGID, friction_over_top
 from flexible_touchdown import FREE, SLIDING
 from scipy.optimize import brentq
 from touchdown_cases import follow_plant, plant_of
@@ -12,7 +13,6 @@ from two_bodies import THETA, X_H, Y_H, TwoBodies, X, Y
 from amb_analysis.steady_contact.swing import MOST, WhirlForces, least_swinging_friction, whirl_forces
 
 G, CLEARANCE, HALF = 9.81, 0.5e-3, 10.0
-RIGID = brentq(lambda mu: 12.0 * mu**2 * math.exp(2.0 * math.pi * mu) - 3.0, 0.1, 0.5)
 PENDULUM = math.sqrt(G / CLEARANCE)
 SOFT = HALF * G / (0.2 * CLEARANCE)  # N/m, of a mount on which the rotor sinks by a fifth of the clearance
 DAMPED = 0.6 * SOFT / PENDULUM
@@ -45,13 +45,8 @@ def test_rigid_rotor_in_rigid_retainers_matches_the_closed_form(mass, clearance,
 
 @pytest.mark.parametrize("h", [0.5, 1.0, 1.8])
 def test_a_higher_fall_whirls_with_less_friction(h):
-    """N + W cos theta at the top, from the linear equation of a rigid rotor with u(0) = 2 g h/c."""
-
-    def at_top(mu):
-        return 2.0 * (h * (1.0 + 4.0 * mu**2) - 1.0 + 2.0 * mu**2) * math.exp(2.0 * math.pi * mu) - 3.0
-
     forces = whirl_forces(rotor_and_mount(TwoBodies(mass=HALF, clearance=CLEARANCE)), [0], np.array([CLEARANCE]), G)
-    assert least_swinging_friction(forces, HALF * G, G, h) == pytest.approx(brentq(at_top, 0.0, 0.6), rel=1e-3)
+    assert least_swinging_friction(forces, HALF * G, G, h) == pytest.approx(friction_over_top(h), rel=1e-3)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.6, 1.0])
@@ -59,14 +54,11 @@ def test_a_seal_that_holds_the_rotor_acts_as_a_lower_fall(share):
     """u - k/m obeys the equation of a rotor without seals that falls by h = 1 - k c/(m g)."""
     k, h = share * HALF * G / CLEARANCE, 1.0 - share
 
-    def at_top(mu):
-        return 2.0 * (h * (1.0 + 4.0 * mu**2) - 1.0 + 2.0 * mu**2) * math.exp(2.0 * math.pi * mu) - 3.0
-
     def relative(omega):
         return np.array([[1.0 / (k - HALF * omega**2) + 0j]])
 
     forces = whirl_forces(relative, [0], np.array([CLEARANCE]), G, held=True)
-    assert least_swinging_friction(forces, HALF * G, G) == pytest.approx(brentq(at_top, 0.0, 2.0), rel=1e-3)
+    assert least_swinging_friction(forces, HALF * G, G) == pytest.approx(friction_over_top(h, most=2.0), rel=1e-3)
 
 
 def test_a_rotor_that_its_seals_hold_above_the_lowest_point_does_not_whirl():
@@ -97,6 +89,7 @@ def test_gyroscopic_moments_do_not_act_on_journals_that_swing_side_by_side(Omega
         return -np.ones((2, 2)) / (mass * omega**2) - np.outer(arms, arms) / tilting
 
     forces = whirl_forces(relative, [0, 1], np.full(2, CLEARANCE), G)
+    np.testing.assert_allclose(forces.N, mass * CLEARANCE * forces.omega**2, rtol=1e-9)
     assert least_swinging_friction(forces, mass * G, G) == pytest.approx(RIGID, rel=1e-3)
 
 
@@ -153,19 +146,6 @@ def test_a_force_against_backward_whirl_raises_the_friction(share):
     found = least_swinging_friction(forces, HALF * G, G)
     assert found == pytest.approx(brentq(at_top, 0.02, 0.6), rel=2e-3)
     assert (found > RIGID) is (share > 0.0)
-
-
-def test_two_journals_with_equal_loads_whirl_as_both_halves_do():
-    """A rigid body on two journals far apart, as one mass in the middle of its journals."""
-    inertia = 0.04 * 2.0 * HALF  # of a short body, times the distance of either journal squared
-
-    def relative(omega):
-        mean, tilt = 1.0 / (2.0 * HALF), 1.0 / inertia
-        return -np.array([[mean + tilt, mean - tilt], [mean - tilt, mean + tilt]]) / omega**2 + 0j
-
-    forces = whirl_forces(relative, [0, 1], np.full(2, CLEARANCE), G)
-    np.testing.assert_allclose(forces.N, 2.0 * HALF * CLEARANCE * forces.omega**2, rtol=1e-9)
-    assert least_swinging_friction(forces, 2.0 * HALF * G, G) == pytest.approx(RIGID, rel=1e-3)
 
 
 def test_least_friction_is_zero_without_weight_and_infinite_if_free():

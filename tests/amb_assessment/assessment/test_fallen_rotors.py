@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from machine_variants import read, toml_text
 
 from amb_assessment.assessment.engine.assess import ANALYSES, Needs, assess
@@ -11,7 +10,6 @@ from amb_assessment.assessment.engine.findings import Judgement, judge
 from amb_assessment.assessment.format.criteria import load_criteria
 from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.assessment.format.quantities import Quantity
-from amb_cosim.commands.cli import main
 from tests.support.messages import assert_names
 
 BLOWER = str(Path(__file__).parent / "blower" / "machine.toml")
@@ -74,16 +72,6 @@ def test_a_rotor_that_does_not_levitate_meets_no_criterion_of_its_loop(machine, 
     assert set(found.unanswered) == {name for name in OF_LEVITATION if name != "axial_margins"}
     for reason in (*found.unevaluated.values(), *found.unanswered.values()):
         assert_names(reason, "loop is not stable", "rpm")
-
-
-def test_unanswered_criteria_of_a_fallen_rotor_end_with_exit_code_1(tmp_path):
-    pytest.importorskip("plotly")
-    path = with_law(BLOWER, tmp_path, weak)
-    ended = CliRunner().invoke(
-        main, ["assess", str(path), "--no-pdf", "-o", str(tmp_path / "page"), "--only", "cross_coupling"]
-    )
-    assert ended.exit_code == 1
-    assert_names(ended.output, "level_one_decrement", "level_one_ratio", "unanswered", "drift", "amb_a.x")
 
 
 @pytest.mark.parametrize("quantity", ["decrement", "decrement_anticipated", "cross_coupling_ratio"])

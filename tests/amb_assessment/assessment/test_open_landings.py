@@ -15,7 +15,7 @@ from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.assessment.format.quantities import Quantity
 from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.physics.runs import worst_inputs
-from tests.support.messages import assert_names, raises_naming
+from tests.support.messages import assert_names
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 
@@ -137,8 +137,3 @@ def test_contact_late_in_a_coast_down_is_judged(monkeypatch):
     touched = found["landing_contact_elsewhere"]
     assert touched.value == 100.0
     assert_names(touched.where, "labyrinth")
-
-
-def test_coast_down_without_gravity_is_refused():
-    with raises_naming(ValueError, "no gravity"):
-        rest.result_of(assessed_machine_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"})))

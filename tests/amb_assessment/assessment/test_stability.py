@@ -32,16 +32,6 @@ LINEAR = ["closed_loop", "cross_coupling"]
 OF_LEVITATION = {name for name, part in ANALYSES.items() if part.needs >= Needs.STABLE_LOOP}
 
 
-def reversed_law(law: Path, folder: Path) -> Path:
-    """A law of another sign: its magnets push the rotor away."""
-    text = law.read_text(encoding="utf-8")
-    changed = text.replace("gain = -", "gain = ")
-    assert changed != text
-    path = folder / "reversed.toml"
-    path.write_text(changed, encoding="utf-8")
-    return path
-
-
 def with_law(machine, law: Path):
     return load_machine(machine).model_copy(update={"controller": str(law)})
 
@@ -104,14 +94,9 @@ def test_an_unstable_machine_ends_the_command_with_exit_code_1(tmp_path):
     ended = CliRunner().invoke(main, [*values, "--only", "envelope", "--only", "unbalance"])
     assert ended.exit_code == 1
     assert_names(ended.output, "unbalance", "envelope", "unanswered", "loop is not stable")
-
-
-@pytest.mark.parametrize("machine", [BLOWER / "machine.toml", "compressor"])
-def test_a_gain_of_the_wrong_sign_is_missed_and_has_no_responses(machine, tmp_path):
-    law = Path(load_machine(machine).controller)
-    found = assess(with_law(machine, reversed_law(law, tmp_path)), only=["closed_loop", "unbalance", "envelope"])
-    assert verdicts(found)["stable"].verdict is Judgement.FAILED
-    assert set(found.unanswered) == {"unbalance", "envelope"}
+    ended = CliRunner().invoke(main, [*values, "--only", "cross_coupling"])
+    assert ended.exit_code == 1
+    assert_names(ended.output, "level_one_decrement", "level_one_ratio", "unanswered", "drift", "amb_a.x")
 
 
 def test_poles_over_speed_report_a_drift_with_axis_and_rate():

@@ -210,24 +210,26 @@ def test_the_axial_control_is_that_of_the_machines_controller(pump):
     np.testing.assert_allclose(*(loop.sensitivity(hertz) for loop in loops), rtol=1e-9)
 
 
+PID = 'gain = -1.0\nblocks = [{ type = "pid", kp = "1.2e4'
+ON_SPEED = PID.replace("-1.0", '[["0 rpm", -1.0], ["36000 rpm", -0.9]]')
+FILES = [("gain = -1.0", "gain = -1.1"), ("delay = 1\n", "delay = 2\n"), ('"50 us"', '"100 us"')]
+
+
 @pytest.mark.parametrize(
-    "change", [("gain = -1.0", "gain = -1.1"), ("delay = 1\n", "delay = 2\n"), ('"50 us"', '"100 us"')]
+    ("change", "axial", "facts"),
+    [
+        *((str, AXIAL.replace(*change), ("axial.toml", "differs", "along the shaft")) for change in FILES),
+        (
+            lambda text: text + '\n[[channel]]\nfrom = "trans_x"\nto = "thrust.i_z"\ngain = 1.0\n',
+            None,
+            ("rolac_controller.thrust.i_z", "more than the displacement"),
+        ),
+        (lambda text: text.replace(PID, ON_SPEED), None, ("rolac_controller.thrust.i_z", "speed", "along the shaft")),
+    ],
 )
-def test_a_file_that_differs_from_the_machines_controller_is_refused(pump, change):
-    with raises_naming(ValueError, "axial.toml", "differs", "along the shaft"):
-        pump(axial=AXIAL.replace(*change))
-
-
-def test_an_axial_control_of_several_displacements_is_refused(pump):
-    more = '\n[[channel]]\nfrom = "trans_x"\nto = "thrust.i_z"\ngain = 1.0\n'
-    with raises_naming(ValueError, "rolac_controller.thrust.i_z", "more than the displacement"):
-        pump(lambda text: text + more)
-
-
-def test_an_axial_control_that_depends_on_the_speed_is_refused(pump):
-    table = 'gain = [["0 rpm", -1.0], ["36000 rpm", -0.9]]\nblocks = [{ type = "pid", kp = "1.2e4'
-    with raises_naming(ValueError, "rolac_controller.thrust.i_z", "speed", "along the shaft"):
-        pump(lambda text: text.replace('gain = -1.0\nblocks = [{ type = "pid", kp = "1.2e4', table))
+def test_an_axial_control_that_is_no_law_of_the_displacement_is_refused(pump, change, axial, facts):
+    with raises_naming(ValueError, *facts):
+        pump(change, axial)
 
 
 def test_a_thrust_bearing_without_any_controller_is_refused():

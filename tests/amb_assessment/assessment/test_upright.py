@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from fall_over_top import RIGID
 
 from amb_assessment.assessment.analyses import faults, landing, recovery, rest
 from amb_assessment.assessment.engine.assess import check_machine
@@ -19,7 +20,6 @@ from tests.support.messages import assert_names
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 PUMP = Path(__file__).parents[2] / "system" / "upright_pump"
-RIGID = 0.237  # friction of a fall over the top of rigid retainers
 
 
 def tilted(degrees, machine=BLOWER):

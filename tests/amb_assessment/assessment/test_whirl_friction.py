@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from fall_over_top import RIGID, friction_over_top
 from machine_variants import halved, in_other_units, mirrored, read, toml_text
-from scipy.optimize import brentq
 from slow import slow_but_first
 from threadpoolctl import threadpool_limits
 
@@ -27,7 +27,6 @@ from rotor_analysis.static_load import carried_at
 from tests.support.messages import assert_names
 
 BLOWER = Path(__file__).parent / "blower"
-RIGID = brentq(lambda mu: 12.0 * mu**2 * math.exp(2.0 * math.pi * mu) - 3.0, 0.1, 0.5)
 FRICTION = 0.15
 
 
@@ -113,14 +112,10 @@ def test_a_retainer_that_a_fallen_rotor_does_not_reach_counts_for_nothing(tmp_pa
 
 @pytest.mark.parametrize("share", [-0.5, 0.8])
 def test_offset_retainers_change_the_height_of_the_fall(share):
-    """By h = 1 + share: 2 (h (1 + 4 mu^2) - 1 + 2 mu^2) exp(2 pi mu) = 3 for a rigid rotor in rigid retainers."""
+    """By h = 1 + share."""
     file = load_machine(BLOWER / "machine.toml").model_copy(update={"stages": ()})
     low = with_offset(file, "td_?", share * 0.2e-3)
-
-    def at_top(mu, h=1.0 + share):
-        return 2.0 * (h * (1.0 + 4.0 * mu**2) - 1.0 + 2.0 * mu**2) * math.exp(2.0 * math.pi * mu) - 3.0
-
-    assert least(low).value == pytest.approx(brentq(at_top, 0.0, 0.6), rel=0.02)
+    assert least(low).value == pytest.approx(friction_over_top(1.0 + share), rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -151,12 +146,8 @@ def test_seals_at_the_retainers_lower_the_fall_of_a_machine(tmp_path):
         for k, (site, mass) in enumerate(zip(rotor.sites, masses, strict=True))
     ]
     rewritten(lambda made: made | {"seals": seals}, tmp_path)
-
-    def at_top(mu):
-        return 2.0 * (h * (1.0 + 4.0 * mu**2) - 1.0 + 2.0 * mu**2) * math.exp(2.0 * math.pi * mu) - 3.0
-
     held = load_machine(tmp_path / "machine.toml").model_copy(update={"stages": ()})
-    assert least(held).value == pytest.approx(brentq(at_top, 0.0, 1.0), rel=0.03)
+    assert least(held).value == pytest.approx(friction_over_top(h, most=1.0), rel=0.03)
 
 
 def test_the_advised_mounts_suffice():
