@@ -64,8 +64,9 @@ def test_a_thinned_record_follows_the_rules_that_fmus_declare():
 
 
 @pytest.mark.parametrize("every", [4, 20, 100])
-def test_contact_figures_do_not_depend_on_thinning(every, touchdown):
-    result, full = thinned(every).summary, touchdown.summary
+def test_contact_figures_do_not_depend_on_thinning(every, touchdown, request):
+    run = request.getfixturevalue("thin") if every == 100 else thinned(every)
+    result, full = run.summary, touchdown.summary
     assert {name: getattr(result, name) for name in OF_CONTACT} == {name: getattr(full, name) for name in OF_CONTACT}
     fall, of_full = (dataclasses.asdict(summary.touchdown) for summary in (result, full))
     assert {name: fall[name] for name in fall if name not in OF_SAMPLES} == {
@@ -73,22 +74,10 @@ def test_contact_figures_do_not_depend_on_thinning(every, touchdown):
     }
 
 
-def test_a_thinned_record_has_few_samples(thin, touchdown):
+def test_a_thinned_run_has_few_samples_and_marks_its_orbits_as_sampled(thin, touchdown):
     assert thin.signals.sizes["time"] < touchdown.signals.sizes["time"] / 90
-
-
-def test_a_thinned_run_marks_its_orbits_as_sampled(thin, touchdown):
     (notice,) = set(thin.summary.notices) - set(touchdown.summary.notices)
     assert_names(notice, "100 steps", "sampled", "record.every = 1")
-
-
-def test_a_thinned_run_is_the_same_in_the_plain_loop(thin):
-    assert thinned(100, loop="plain").dataset.equals(thin.dataset)
-
-
-def test_a_thinned_run_continues_from_a_checkpoint(thin, tmp_path):
-    checkpoint = thinned(100, save_at=["30.5 ms"]).checkpoint().save(tmp_path / "state.npz")
-    assert thinned(100, start=checkpoint).dataset.equals(thin.dataset)
 
 
 def test_a_file_of_a_thinned_run_has_the_same_summary(thin, tmp_path):
@@ -96,14 +85,9 @@ def test_a_file_of_a_thinned_run_has_the_same_summary(thin, tmp_path):
     assert loaded.summary.as_dict() == thin.summary.as_dict()
 
 
-@pytest.fixture
-def long(monkeypatch):
-    """As many steps as make rows of ten of them."""
-    monkeypatch.setattr(step_rows, "MOST_ROWS", 10)
-
-
-def test_a_long_run_has_rows_of_steps_with_the_same_largest_forces(long, touchdown):
+def test_a_long_run_has_rows_of_steps_with_the_same_largest_forces(monkeypatch, touchdown):
     """Times are those of rows of 0.5 ms, and forces averaged over 1 ms begin with one."""
+    monkeypatch.setattr(step_rows, "MOST_ROWS", 10)  # as many steps as make rows of ten of them
     rows, full = thinned(100), touchdown.summary
     steps = rows.dataset["step_time"].values
     assert len(steps) < len(touchdown.signals["time"].values) / 9
@@ -121,10 +105,13 @@ def test_a_long_run_has_rows_of_steps_with_the_same_largest_forces(long, touchdo
     assert rows.summary.touchdown.retainers.keys() == full.touchdown.retainers.keys()
 
 
-def test_a_long_run_is_the_same_in_the_plain_loop_and_from_a_checkpoint(long, tmp_path):
-    whole = thinned(100)
+@pytest.mark.parametrize(("most_rows", "moment"), [(step_rows.MOST_ROWS, "30.5 ms"), (10, "30.35 ms")])
+def test_a_thinned_run_is_the_same_in_the_plain_loop_and_continued(most_rows, moment, tmp_path, monkeypatch):
+    """With the values of each step, and with rows of ten steps, as of a long run."""
+    monkeypatch.setattr(step_rows, "MOST_ROWS", most_rows)
+    whole = thinned(100, save_at=[moment])
     assert thinned(100, loop="plain").dataset.equals(whole.dataset)
-    checkpoint = thinned(100, save_at=["30.35 ms"]).checkpoint().save(tmp_path / "state.npz")
+    checkpoint = whole.checkpoint().save(tmp_path / "state.npz")
     assert thinned(100, start=checkpoint).dataset.equals(whole.dataset)
 
 
