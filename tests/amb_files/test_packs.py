@@ -40,6 +40,23 @@ def installed(monkeypatch):
     forget()
 
 
+@pytest.fixture
+def written(monkeypatch, tmp_path):
+    """`written({package: {file: content}})`: packages that can be imported, until the test ends; their folders."""
+
+    def write(packages):
+        monkeypatch.syspath_prepend(tmp_path)
+        for package, files in packages.items():
+            for name, text in {"__init__.py": "", **files}.items():
+                (tmp_path / package / name).parent.mkdir(parents=True, exist_ok=True)
+                (tmp_path / package / name).write_bytes(text.encode(errors="surrogateescape"))
+            for module in (package, f"{package}.commands"):
+                monkeypatch.delitem(sys.modules, module, raising=False)
+        return [tmp_path / package for package in packages]
+
+    return write
+
+
 @pytest.mark.parametrize("package", ["no_such", "no_such.sub", "..", "json.decoder", "", "a b"])
 def test_a_broken_pack_is_skipped_with_a_warning(package, installed, capsys):
     installed({"good": "json", "broken": package})
@@ -76,14 +93,8 @@ def test_broken_packs_of_one_distribution_have_one_warning(named, installed, cap
         "class Odd(Exception):\n    __str__ = None\nraise Odd",
     ],
 )
-def test_a_module_that_fails_stops_only_its_own_commands(code, installed, monkeypatch, tmp_path):
-    for package, text in (("good_pack", "COMMANDS = ()"), ("bad_pack", code)):
-        (tmp_path / package).mkdir()
-        (tmp_path / package / "__init__.py").touch()
-        (tmp_path / package / "commands.py").write_text(text)
-        monkeypatch.delitem(sys.modules, f"{package}.commands", raising=False)
-        monkeypatch.delitem(sys.modules, package, raising=False)
-    monkeypatch.syspath_prepend(tmp_path)
+def test_a_module_that_fails_stops_only_its_own_commands(code, installed, written):
+    written({"good_pack": {"commands.py": "COMMANDS = ()"}, "bad_pack": {"commands.py": code}})
     installed({"bad": "bad_pack", "good": "good_pack"})
     done = CliRunner().invoke(main, ["--help"])
     assert done.exit_code == 0
@@ -93,13 +104,12 @@ def test_a_module_that_fails_stops_only_its_own_commands(code, installed, monkey
     assert [*packs.modules_of("commands")] == ["good"]
 
 
-def test_a_name_of_two_packs_is_refused_when_used_and_others_are_not(installed, monkeypatch, tmp_path):
-    for package, names in (("one_pack", ("drop", "fall")), ("other_pack", ("drop", "rub"))):
-        (tmp_path / package / "scenarios").mkdir(parents=True)
-        (tmp_path / package / "__init__.py").touch()
-        for name in names:
-            (tmp_path / package / "scenarios" / f"{name}.toml").touch()
-    monkeypatch.syspath_prepend(tmp_path)
+def scenarios(*names):
+    return {f"scenarios/{name}.toml": "" for name in names}
+
+
+def test_a_name_of_two_packs_is_refused_when_used_and_others_are_not(installed, written, tmp_path):
+    written({"one_pack": scenarios("drop", "fall"), "other_pack": scenarios("drop", "rub")})
     installed({"one": "one_pack", "other": "other_pack"})
     files = packs.files_of("scenarios")
     assert sorted(files) == ["fall", "rub"]
@@ -112,14 +122,9 @@ def test_a_name_of_two_packs_is_refused_when_used_and_others_are_not(installed, 
 
 
 @pytest.mark.parametrize("other", ["a_pack", "z_pack"])
-def test_packs_of_one_name_both_have_their_files(other, installed, monkeypatch, tmp_path):
+def test_packs_of_one_name_both_have_their_files(other, installed, written, tmp_path):
     """The name of an installed pack may be used by another one, which has nothing to do with its runs."""
-    for package in (other, "m_pack"):
-        (tmp_path / package / "scenarios").mkdir(parents=True)
-        (tmp_path / package / "__init__.py").touch()
-        (tmp_path / package / "scenarios" / f"{package}_drop.toml").touch()
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "m_pack", raising=False)
+    written({package: scenarios(f"{package}_drop") for package in (other, "m_pack")})
     entries = (("mine", "m_pack"), ("mine", other), ("again", "m_pack"), ("again", "m_pack"))
     installed([EntryPoint(name, package, packs.GROUP) for name, package in entries])
     assert sorted(packs.packs().values()) == sorted([tmp_path / "m_pack", tmp_path / other])
@@ -141,13 +146,9 @@ def test_a_file_of_a_pack_is_found_without_listing_its_folder(monkeypatch):
 
 
 @pytest.mark.parametrize("text", ["x = 1", "rotor = 3", "live = 'a'", "[", "\udce9"])
-def test_an_invalid_pack_file_is_skipped_with_a_warning(text, installed, monkeypatch, tmp_path, capsys):
+def test_an_invalid_pack_file_is_skipped_with_a_warning(text, installed, written, capsys):
     """It is read for the default rotor, which runs that have nothing to do with this pack use."""
-    for package, content in (("pack_one", "rotor = 'mine'"), ("pack_bad", text)):
-        (tmp_path / package).mkdir()
-        (tmp_path / package / "__init__.py").touch()
-        (tmp_path / package / "pack.toml").write_bytes(content.encode(errors="surrogateescape"))
-    monkeypatch.syspath_prepend(tmp_path)
+    written({"pack_one": {"pack.toml": "rotor = 'mine'"}, "pack_bad": {"pack.toml": text}})
     installed({"bad": "pack_bad", "one": "pack_one"})
     assert pack_file.default("rotor") == "mine"
     (warning,) = capsys.readouterr().err.splitlines()
@@ -155,18 +156,12 @@ def test_an_invalid_pack_file_is_skipped_with_a_warning(text, installed, monkeyp
 
 
 @pytest.fixture
-def two_packs(installed, monkeypatch, tmp_path):
+def two_packs(installed, written):
     """`two_packs({file: content})`: the folders of two installed packs that both have these files."""
 
     def make(files):
-        for package in ("pack_a", "pack_b"):
-            for name, text in {"__init__.py": "", **files}.items():
-                (tmp_path / package / name).parent.mkdir(parents=True, exist_ok=True)
-                (tmp_path / package / name).write_text(text)
-            monkeypatch.delitem(sys.modules, package, raising=False)
-        monkeypatch.syspath_prepend(tmp_path)
         installed({"a": "pack_a", "b": "pack_b"})
-        return tmp_path / "pack_a", tmp_path / "pack_b"
+        return written({"pack_a": files, "pack_b": files})
 
     return make
 

@@ -27,24 +27,19 @@ def test_an_undamaged_folder_is_not_rebuilt(tmp_path, fill):
 
 
 @pytest.mark.parametrize("name", ["one", DIGEST])
-@pytest.mark.parametrize("content", [b"", b"3", b"\xff" * 64, None])
-def test_a_damaged_folder_is_rebuilt(tmp_path, fill, name, content):
+@pytest.mark.parametrize(
+    "damage",
+    [
+        *(lambda file, content=content: file.write_bytes(content) for content in (b"", b"3", b"\xff" * 64)),
+        lambda file: file.unlink(),
+        lambda file: file.rename(file.with_name("three")),
+        lambda file: file.with_name("four").touch(),
+    ],
+)
+def test_a_damaged_folder_is_rebuilt(tmp_path, fill, name, damage):
     folder = tmp_path / "kept"
     keep(folder, fill)
-    if content is None:
-        (folder / name).unlink()
-    else:
-        (folder / name).write_bytes(content)
+    damage(folder / name)
     assert not is_undamaged(folder)
     keep(folder, fill)
     assert (is_undamaged(folder), (folder / "one").read_bytes(), fill.times) == (True, b"1", 2)
-
-
-def test_an_additional_or_renamed_file_counts_as_damage(tmp_path, fill):
-    folder = tmp_path / "kept"
-    keep(folder, fill)
-    (folder / "one").rename(folder / "three")
-    assert not is_undamaged(folder)
-    (folder / "three").rename(folder / "one")
-    (folder / "four").touch()
-    assert not is_undamaged(folder)

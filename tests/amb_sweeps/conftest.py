@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_sweeps.refine import Refinement
 from amb_sweeps.run import Sweep
 from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import SweepStore
@@ -46,6 +47,16 @@ def filled(
     store = SweepStore(folder, design, {"scenario": {"name": "made up"}}, {})
     store.add([PointResult(n, "recovered", "", function(design.settings(n))) for n in range(design.size)])
     return Sweep(folder, design)
+
+
+def refined(swept: Sweep, tolerance: float, recovers: Callable[[dict[str, Any]], bool]) -> tuple[Refinement, int]:
+    """Refine the boundary of `recovered` of a sweep, and count the runs."""
+    refinement, runs = Refinement(swept.design, swept.dataset, tolerance, "recovered"), 0
+    while (points := refinement.next_round()) is not None:
+        runs += points.size
+        values = [float(recovers(points.settings(n))) for n in range(points.size)]
+        refinement.learn(xr.Dataset({"recovered": ("point", values)}))
+    return refinement, runs
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> None:

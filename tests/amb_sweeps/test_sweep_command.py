@@ -4,7 +4,6 @@ import sys
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import amb_cosim
 from amb_cosim.scenario.prepare_run import prepare_run
@@ -14,11 +13,10 @@ from amb_sweeps.check import check_points
 from amb_sweeps.commands import _function
 from amb_sweeps.maps import draw_map
 from amb_sweeps.ready import read_sweep
-from amb_sweeps.refine import Refinement
 from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import open_sweep
 from amb_sweeps.worker import Task
-from tests.amb_sweeps.conftest import UNTIL, filled
+from tests.amb_sweeps.conftest import UNTIL, filled, refined
 from tests.support.messages import assert_names, raises_naming
 
 METRIC = "def turns(result):\n    return {'turns': float(result.dataset['cycle'].values[-1])}\n"
@@ -60,21 +58,16 @@ def test_ready_sweeps_fit_their_scenarios(name, file):
 
 def test_refinement_converges_to_a_circle_with_few_points(tmp_path):
     def inside(settings):
-        return {"recovered": float(settings["a.x"] ** 2 + settings["a.y"] ** 2 < 0.5)}
+        return settings["a.x"] ** 2 + settings["a.y"] ** 2 < 0.5
 
     vary = {"a.x": np.linspace(0, 1, 5), "a.y": np.linspace(0, 1, 5)}
-    swept = filled(tmp_path, vary, inside)
-    tolerance, runs = 0.001, 25
-    refinement = Refinement(swept.design, swept.dataset, tolerance, "recovered")
-    while (points := refinement.next_round()) is not None:
-        runs += points.size
-        values = [inside(points.settings(n))["recovered"] for n in range(points.size)]
-        refinement.learn(xr.Dataset({"recovered": ("point", values)}))
+    tolerance = 0.001
+    refinement, runs = refined(filled(tmp_path, vary, lambda s: {"recovered": float(inside(s))}), tolerance, inside)
     result = refinement.boundary()
     radius = np.hypot(result["a.x"], result["a.y"])
     assert result.sizes["point"] == 6
     assert np.all(np.abs(radius - np.sqrt(0.5)) < 2.0 * tolerance)
-    assert runs < 0.1 / tolerance**2
+    assert 25 + runs < 0.1 / tolerance**2
 
 
 def test_each_alternative_has_its_panel(tmp_path):

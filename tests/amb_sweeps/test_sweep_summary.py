@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray as xr
 from drawn import cut_texts
 
 import amb_cosim
@@ -15,12 +14,11 @@ from amb_sweeps.figures import draw_sweep
 from amb_sweeps.maps import draw_map
 from amb_sweeps.panels import value_text
 from amb_sweeps.phases import distribution, draw_distribution, draw_phases
-from amb_sweeps.refine import Refinement
 from amb_sweeps.run import Sweep
 from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import SweepStore
 from amb_sweeps.worker import PointResult
-from tests.amb_sweeps.conftest import filled
+from tests.amb_sweeps.conftest import filled, refined
 from tests.support.messages import assert_names
 
 RPM = np.pi / 30.0
@@ -83,10 +81,7 @@ def test_a_summary_counts_the_runs_that_end_before_an_event(tmp_path):
 
 def test_a_summary_compares_the_boundary_with_a_grid_as_fine(tmp_path):
     swept = filled(tmp_path, {"control": CONTROLS, "a.x": "0:1:5"}, lambda s: {"recovered": float(s["a.x"] < 0.3)})
-    refinement = Refinement(swept.design, swept.dataset, 0.01, "recovered")
-    while (points := refinement.next_round()) is not None:
-        values = [float(points.settings(n)["a.x"] < 0.3) for n in range(points.size)]
-        refinement.learn(xr.Dataset({"recovered": ("point", values)}))
+    refinement, _ = refined(swept, 0.01, lambda settings: settings["a.x"] < 0.3)
     refinement.save(SweepStore(swept.folder, swept.design, {"scenario": {"name": "made up"}}, {}))
     halvings = math.ceil(math.log2(0.25 / 0.01))
     assert swept.summary.splitlines()[-1] == (
@@ -162,10 +157,7 @@ def test_the_refined_boundary_is_where_the_map_has_it(tmp_path):
     """Its points are stored without units."""
     vary = {"Omega": "10 Hz:20 Hz:3", "a.x": "0:1:3"}
     swept = filled(tmp_path, vary, lambda s: {"recovered": float(s["a.x"] < 0.3)})
-    refinement = Refinement(swept.design, swept.dataset, 0.1, "recovered")
-    while (points := refinement.next_round()) is not None:
-        values = [float(points.settings(n)["a.x"] < 0.3) for n in range(points.size)]
-        refinement.learn(xr.Dataset({"recovered": ("point", values)}))
+    refinement, _ = refined(swept, 0.1, lambda settings: settings["a.x"] < 0.3)
     refinement.save(SweepStore(swept.folder, swept.design, {"scenario": {"name": "made up"}}, {}))
     (panel, *_) = draw_map(replace(swept, boundary="recovered"), swept.dataset, "outcome").axes
     (line,) = panel.lines
