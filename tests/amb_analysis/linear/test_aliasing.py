@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from amb_analysis.linear.aliasing import continuous_poles, logarithms
+from amb_analysis.linear.aliasing import continuous_poles
 from amb_analysis.linear.components import zoh
 from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.linear.loop import Loop
@@ -48,19 +48,6 @@ def test_mode_of_the_plant_keeps_its_frequency_above_half_the_sample_rate(fast):
     slow, plant = frequencies(s)
     assert slow == pytest.approx(20.0, rel=0.2)
     assert plant == pytest.approx(fast, rel=2e-3)
-
-
-def test_logarithm_alone_shows_the_alias():
-    _, _, z, _ = loop(936.0, 0.02)
-    assert frequencies(logarithms(z, SAMPLE_TIME))[-1] == pytest.approx(64.0, rel=0.02)
-
-
-def test_decrement_is_that_of_the_true_frequency():
-    """exp(-delta) is the ratio of successive amplitudes: 2 pi zeta, not 2 pi zeta 936/64."""
-    A, mass, z, vectors = loop(936.0, 0.0)
-    s = continuous_poles(z, SAMPLE_TIME, vectors, A, mass)
-    fast = s[np.argmax(s.imag)]
-    assert -2.0 * math.pi * fast.real / fast.imag == pytest.approx(2.0 * math.pi * 0.01, rel=1e-3)
 
 
 def test_sense_of_whirl_is_not_that_of_the_alias():
