@@ -138,20 +138,12 @@ def test_names_of_events_are_below_the_title_of_a_touchdown(gravity):
     assert not event.get_window_extent().overlaps(title.get_window_extent())
 
 
-def test_a_run_without_gravity_has_no_touchdown_to_draw(synthetic):
-    with raises_naming(ValueError, "touchdown", "gravity", "contact"):
-        plots.Plots(synthetic()).touchdown()
-
-
-@pytest.mark.parametrize("samples", slow_but_first([1, 0, 2]))
-def test_the_shortest_runs_can_be_drawn(synthetic, tmp_path, samples):
-    dataset = synthetic(plot_figures=json.dumps([*USUAL, "whirl", "energy"]))
-    plots.draw_all(dataset.isel(time=slice(0, samples)), tmp_path)
-
-
-def test_a_run_that_failed_while_settling_can_be_drawn(synthetic, tmp_path):
+@pytest.mark.parametrize("samples", slow_but_first([1, 0, 2, None]))
+def test_shortest_runs_and_one_that_failed_while_settling_can_be_drawn(synthetic, tmp_path, samples):
     dataset = synthetic(1, plot_figures=json.dumps([*USUAL, "whirl", "energy"]))
-    plots.draw_all(dataset.assign_coords(cycle=dataset["cycle"] - 8.0), tmp_path)
+    if samples is None:
+        dataset = dataset.assign_coords(cycle=dataset["cycle"] - 8.0)
+    plots.draw_all(dataset.isel(time=slice(0, samples)), tmp_path)
 
 
 def test_adjacent_parts_of_a_run_share_a_sample(synthetic):
@@ -168,6 +160,8 @@ def test_figures_that_cannot_be_drawn_are_refused(synthetic):
         plots.figure(dataset, "orbit")
     with raises_naming(ValueError, "contact", "no sample"):
         plots.figure(dataset.isel(time=slice(0, 0)), "contact")
+    with raises_naming(ValueError, "touchdown", "gravity", "contact"):
+        plots.Plots(dataset).touchdown()
     with raises_naming(ValueError, "energy", "cycle 0"):
         plots.Plots(dataset.drop_vars("rotor_contact.energy.work")).energy()
 

@@ -120,19 +120,6 @@ def test_every_truncation_is_refused(table, tmp_path):
             read_table(path)
 
 
-def test_table_of_another_rotor_is_refused(table, tmp_path):
-    table.write(tmp_path / "table.toml")
-    with raises_naming(ValueError, "'rig'", "'pump'"):
-        read_table(tmp_path / "table.toml", "pump")
-
-
-@pytest.mark.parametrize(("name", "value"), [("mb1.k_b_x", 2e6), ("chain.preset", 1.0), ("sample_time", 5e-4)])
-def test_table_of_another_loop_is_refused_with_the_difference(table, tmp_path, name, value):
-    table.write(tmp_path / "table.toml")
-    with raises_naming(ValueError, f"{name}", f"{value:g}", "again"):
-        read_table(tmp_path / "table.toml", parameters=loop_parameters(LOOP, {name: value}))
-
-
 def test_loop_holds_exactly_the_parameters_of_a_receptance():
     assert {"sample_time", "mb2.c_b_y", "chain.delay", "chain.cutoff", "s3.scale", "plane4.offset"} < set(
         loop_parameters(LOOP)
