@@ -5,19 +5,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from ross_numbers import REFERENCE, complex_numbers
+from ross_numbers import REFERENCE
 
 from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
 from rotor_analysis.critical_speeds import antinodes, critical_speeds, lobe_masses
 from rotor_analysis.damping import free_modes
 from rotor_analysis.peaks import UNDAMPED, highest_peaks, peaks_of, separation_margin
-from rotor_analysis.reduction import unreduced
-from rotor_analysis.response import dynamic_stiffness, unbalance_vector
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import Shaft
-from rotor_analysis.supported_rotor import SupportedRotor
 from tests.support.messages import raises_naming
 
 ROSS = json.loads((REFERENCE / "ross" / "critical_speeds.json").read_text(encoding="utf-8"))
@@ -123,24 +120,3 @@ def test_critical_speeds_over_stiffness_match_ross(name):
     for stiffness, speeds in expected["critical_speeds"].items():
         result, _ = critical_speeds(free, dict.fromkeys(expected["bearings"], float(stiffness)), len(speeds))
         np.testing.assert_allclose(result, speeds, rtol=EXACT)
-
-
-@pytest.mark.parametrize("name", ROTORS)
-def test_response_in_bearings_over_frequency_matches_ross(name):
-    free, expected = free_rotor(name), ROSS[name]
-    values = expected["unbalance"]
-    n = len(free.translations)
-    seen = [2 * (node - 1) + axis for node in values["seen"] for axis in (0, 1)]
-    rows = [row for node in sorted(free.translations) for row in free.translations[node]]
-    for k, Omega in enumerate(ROSS["speeds"]):
-        forces = np.zeros((2 * n, 2 * n), dtype=complex)
-        for node in expected["bearings"]:
-            at = [2 * (node - 1), 2 * (node - 1) + 1]
-            forces[at, at] = -(ROSS["stiffness"][k] + 1j * Omega * ROSS["damping"][k])
-        unbalance = {values["node"]: values["size"] * np.exp(1j * values["phase"])}
-        load = unbalance_vector(SupportedRotor(rotor_of(name), free, unreduced(free)), unbalance)
-        stiffness = dynamic_stiffness(free, Omega)
-        stiffness[np.ix_(rows, rows)] -= forces
-        result = np.linalg.solve(stiffness, Omega**2 * load)[rows][seen]
-        theirs = complex_numbers(expected["response"][k])
-        np.testing.assert_allclose(result, theirs, atol=EXACT * np.abs(theirs).max())

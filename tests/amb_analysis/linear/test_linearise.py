@@ -101,15 +101,6 @@ def test_model_carries_names_units_and_speed(compressor, tmp_path):
     assert content["output_units"].ravel()[1].item() == "A"
 
 
-def test_gyroscopic_splitting_grows_with_speed(compressor):
-    def split(Omega):
-        poles = model_of(compressor.at(Omega), components=["rotor_contact"]).poles()
-        elastic = np.sort(poles.imag[poles.imag > 100.0])
-        return elastic[1] - elastic[0]
-
-    assert split(900.0) == pytest.approx(3.0 * split(300.0), rel=0.05)
-
-
 def test_displacement_raises_the_negative_stiffness(compressor):
     """Of the nonlinear law; nearer to one magnet both slopes grow."""
     settings = {"amb_actuator.force_law": "nonlinear"}
