@@ -51,24 +51,6 @@ def test_spinning_rotor_whirls_as_with_all_elements_in_its_range(name):
     np.testing.assert_allclose(result[: len(exact)][inside[: len(result)]], exact[inside], rtol=1e-4)
 
 
-def test_a_free_rotor_below_its_modes_moves_as_a_rigid_body():
-    rotor = load_rotor(EXPANDER)
-    n = len(rotor.shaft.nodes)
-    z = np.array(rotor.shaft.nodes)
-    omega = np.array([2 * np.pi * 1.0])
-    model = harmonic_model(rotor, [1], 2 * np.pi * 500.0, ())
-    ends = [model.response(omega, 0.0, row_at(rotor, node).T, np.eye(2 * n), None)[0, ::2, 0] for node in (1, n)]
-    # the sum of the forces through the centre of mass accelerates the whole mass: x = -f/(m omega^2)
-    full = assemble(rotor)
-    x = [full.translations[k + 1][0] for k in range(n)]
-    M = full.M[np.ix_(range(full.size), x)].sum(axis=1)  # momentum of a translation
-    centre = M[x] @ z + M[[k + 2 for k in x]].sum()
-    centre /= rotor.mass
-    share = (z[-1] - centre) / (z[-1] - z[0])
-    motion = share * ends[0] + (1.0 - share) * ends[1]
-    np.testing.assert_allclose(motion, -1.0 / (rotor.mass * omega[0] ** 2), rtol=1e-3)
-
-
 def test_a_force_of_a_bearing_that_pulls_back_stiffens():
     rotor = load_rotor(EXPANDER)
     node = rotor.bodies[1].node

@@ -62,14 +62,6 @@ def test_the_fit_returns_the_rotor_that_was_measured(exact, tmp_path):
     assert "bodies.turbine.mass" in str(result)
 
 
-@pytest.mark.slow
-def test_intervals_hold_the_true_parameters_in_nine_of_ten_seeds(exact, is_long):
-    seeds = range(100 if is_long else 30)
-    results = np.array([contain_truth(studies.fit(ROTOR, measured=with_noise(exact, s), free=FREE)) for s in seeds])
-    print(results.mean(axis=0))
-    assert (results.mean(axis=0) >= 0.9).all()
-
-
 def test_a_parameter_without_effect_on_the_data_is_refused(exact):
     measured = with_noise(exact, 1)
     with raises_naming(ValueError, "bearings.north.stiffness"):

@@ -51,15 +51,6 @@ def test_a_magnet_holds_the_orbits_of_two_sites_within_their_limits():
     assert found == pytest.approx([-0.8], rel=1e-6)
 
 
-def test_the_order_of_magnets_and_sites_does_not_matter():
-    random = np.random.default_rng(2)
-    S, r = (random.normal(size=shape) + 1j * random.normal(size=shape) for shape in ((3, 3), (3,)))
-    limits = np.abs(r) * [0.9, 1.5, 2.0]
-    found = _smallest_currents(r, S, limits)
-    reverse = _smallest_currents(r[::-1], S[::-1, ::-1], limits[::-1])
-    assert np.abs(reverse).max() == pytest.approx(np.abs(found).max(), rel=1e-7)
-
-
 @pytest.mark.parametrize(
     ("are_free", "start", "expected"),
     [
