@@ -154,25 +154,6 @@ def undelayed() -> np.ndarray:
     return continuous(90.0, FREQUENCIES, 0.0)
 
 
-@pytest.mark.parametrize("delay", [0, 1])
-def test_sensitivity_integral_is_that_of_the_unstable_poles(delay: int) -> None:
-    """Bode's integral in discrete time: the mean of ln|det S| over the unit circle is the sum of ln|unstable poles|.
-
-    The negative stiffness of two bearings in two directions makes four of them. Bending modes without damping are zeros
-    of S on the circle, which a mean over points resolves to some 1e-3.
-    """
-    case = loop(90.0, 250e-6, delay)
-    S = sensitivity_system(case)
-    count = 2**14
-    angles = math.pi * (np.arange(count) + 0.5) / count
-    values = S(np.exp(1j * angles))
-    determinants = np.linalg.det(np.moveaxis(values, -1, 0))
-    unstable = [pole for pole in plant_system(case).poles() if pole.real > 1.0]
-    assert len(unstable) == 4
-    expected = sum(pole.real * 250e-6 for pole in unstable)
-    assert np.mean(np.log(np.abs(determinants))) == pytest.approx(expected, rel=3e-3)
-
-
 def test_both_directions_of_a_bearing_are_alike() -> None:
     S = diagonal_response(sensitivity_system(loop(300.0)), FREQUENCIES)
     np.testing.assert_allclose(S[[0, 2]], S[[1, 3]], rtol=1e-9)
