@@ -25,12 +25,13 @@ def run_between_deadly_handlers(path: str, hidden: list, release: bool) -> list:
     ones = libc.wcsdup("\x01" * 33)
     for _ in range(64):
         libc.__cxa_atexit(ctypes.cast(libc.wcsdup, ctypes.c_void_p), ctypes.c_void_p(ones), None)
-    from drive import Fmu
+    from raw import Library
 
-    instances = [Fmu(path, u=1.0) for _ in range(3)]
+    library = Library(path)
+    instances = [library.instantiate().begin(u=1.0) for _ in range(3)]
     statuses = [fmu.step(0) for fmu in instances]
     for fmu in instances if release else []:
-        fmu.close()
+        fmu.free()
     return statuses
 
 

@@ -113,16 +113,13 @@ def test_two_hundred_instances_one_after_another_leave_the_process_alive(build_f
     def host(path: str) -> list:
         import sys
 
-        import fmpy
-        from drive import Fmu
+        from raw import Library
 
-        folder = fmpy.extract(path)
-        answers = set()
+        library, answers = Library(path), set()
         for _ in range(200):
-            fmu = Fmu(folder, mb1__x=1e-4)
-            fmu.step(0)
-            answers.add(fmu.get("mb1.f_x")[0])
-            fmu.close()
+            with library.instantiate().begin(mb1__x=1e-4) as fmu:
+                fmu.step(0)
+                answers.add(fmu.get("mb1.f_x")[0])
         return [len(answers), len(sys.path)]
 
     answers, entries = run_python(host, path=build_fmu(ACTUATOR, ACTUATOR_CONSTANTS))

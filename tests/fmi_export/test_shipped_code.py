@@ -14,7 +14,7 @@ from rig import ACTUATOR
 
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.python_fmu import build_python_fmu
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 # What an FMU may import besides its own packages, numba and filelock where they are there; slave.py imports the
 # description only when the FMU is built.
@@ -69,14 +69,13 @@ def run_lag(path: str, inputs: list, hidden: list) -> list:
     from hide import hide
 
     hide(*hidden)
-    from drive import Fmu
+    from raw import Library
 
-    fmu = Fmu(path)
-    rows = []
-    for n, (u, hold) in enumerate(inputs):
-        fmu.set(u=u, hold=hold)
-        rows.append([fmu.step(n), *fmu.outputs()])
-    fmu.close()
+    library, rows = Library(path), []
+    with library.instantiate().begin() as fmu:
+        for n, (u, hold) in enumerate(inputs):
+            fmu.set(u=u, hold=hold)
+            rows.append([fmu.step(n), *fmu.get(*library.outputs)])
     lag = sys.modules["probe_lag.lag"]
     compiled = hasattr(lag.step, "py_func")
     return [rows, lag.__file__, compiled]
@@ -130,34 +129,21 @@ def test_an_fmu_runs_its_bundled_code_if_none_is_loaded(build_fmu, lag, run_pyth
 @pytest.mark.slow
 def test_fmu_of_other_code_than_is_loaded_is_refused(build_fmu, lag, run_python, tmp_path):
     def host(path: str, changed: str) -> list:
-        import fmpy
-        from drive import Fmu
+        from raw import Library
 
-        running = Fmu(path, u=1.0)
-        folder, log = fmpy.extract(changed), []
-        for _ in range(5):
-            try:
-                fmpy.instantiate_fmu(
-                    folder,
-                    fmpy.read_model_description(folder),
-                    "CoSimulation",
-                    debug_logging=True,
-                    logger=lambda environment, name, status, category, message: log.append(message.decode()),
-                )
-            except Exception as error:
-                log.append(str(error))
+        library = Library(path)
+        running, other = library.instantiate().begin(u=1.0), Library(changed)
+        refused = [other.instantiate() for _ in range(5)]
         statuses = [running.step(n) for n in range(20)]
-        later = Fmu(path, u=1.0)
-        statuses.append(later.step(0))
-        later.close()
-        running.close()
-        return [statuses, log]
+        statuses.append(library.instantiate().begin(u=1.0).step(0))
+        return [statuses, [[fmu.pointer, fmu.log[0][2]] for fmu in refused]]
 
     path = build_fmu(lag)
-    statuses, log = run_python(host, path=path, changed=changed_copy(path, tmp_path))
+    statuses, refused = run_python(host, path=path, changed=changed_copy(path, tmp_path))
     assert set(statuses) == {0}
-    assert sum("already runs another version of probe_lag" in line for line in log) == 5
-    assert "rebuild the FMU or run it in its own process" in log[0]
+    for pointer, reason in refused:
+        assert pointer is None
+        assert_names(reason, "another version of probe_lag", "rebuild", "process")
 
 
 @pytest.mark.slow
@@ -187,17 +173,15 @@ def test_an_fmu_is_built_the_same_in_a_process_that_runs_it(build_fmu, lag, run_
         from pathlib import Path
 
         import numpy as np
-        from drive import Fmu
+        from raw import Library
 
-        running = Fmu(path, u=1.0)
+        running = Library(path).instantiate().begin(u=1.0)
         from probe_lag.lag import MODEL
 
         from fmi_export.building.python_fmu import build_python_fmu
 
         built = build_python_fmu(MODEL, np.zeros(1), Path(folder))
-        answer = [running.step(0), sys.modules["pythonfmu"].__file__, str(built)]
-        running.close()
-        return answer
+        return [running.step(0), sys.modules["pythonfmu"].__file__, str(built)]
 
     path = build_fmu(lag)
     status, pythonfmu, built = run_python(host, path=path, folder=tmp_path)

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from drive import Fmu
 from model_cases import CASES, Case, core_outputs
+from raw import OK, Library, Slave
 
 from rolac_controller.enumerations import ADAPTING, IDENTIFYING, NO_WINDOW, NOT_STARTED, SENSOR_SUSPECT, SLOT_BEFORE
 
@@ -18,50 +18,46 @@ models = pytest.mark.parametrize("name", CASES)
 
 
 @pytest.fixture
-def fmu_of(build_fmu: Callable[..., Path]) -> Callable[[Case], Path]:
-    return lambda case: build_fmu(case.model, case.constants)
+def library_of(build_fmu: Callable[..., Path], unpack: Callable[[Path], Path]) -> Callable[[Case], Library]:
+    return lambda case: Library(unpack(build_fmu(case.model, case.constants)))
 
 
 def named(values: dict[str, float]) -> dict[str, float]:
     return {name.replace(".", "__"): value for name, value in values.items()}
 
 
-def run(fmu: Fmu, case: Case, first: int, last: int) -> list[list[float]]:
+def run(fmu: Slave, case: Case, first: int, last: int) -> list[list[float]]:
     """Outputs after the steps from `first` to before `last`."""
     rows = []
     for n in range(first, last):
         fmu.set(**named(case.inputs(n)))
         assert fmu.step(n, case.h) == 0, fmu.log
-        rows.append(fmu.outputs())
+        rows.append(fmu.get(*fmu.library.outputs))
     return rows
 
 
 @models
-def test_fmu_equals_the_core_to_the_last_bit(name: str, fmu_of: Callable[[Case], Path]) -> None:
+def test_fmu_equals_the_core_to_the_last_bit(name: str, library_of: Callable[[Case], Library]) -> None:
     case = CASES[name]
     for parameters, expected in zip(case.runs, core_outputs(name), strict=True):
-        fmu = Fmu(str(fmu_of(case)), **named(parameters))
-        np.testing.assert_array_equal(run(fmu, case, 0, case.steps), expected, err_msg=str(parameters))
-        fmu.close()
+        with library_of(case).instantiate().begin(**named(parameters)) as fmu:
+            np.testing.assert_array_equal(run(fmu, case, 0, case.steps), expected, err_msg=str(parameters))
 
 
 @models
-def test_serialised_state_restores_the_run(name: str, fmu_of: Callable[[Case], Path]) -> None:
+def test_serialised_state_restores_the_run(name: str, library_of: Callable[[Case], Library]) -> None:
     """Here and in another instance, from the middle of a run on."""
     case = CASES[name]
     half, end = case.steps // 2, case.steps // 2 + 40
-    fmu, other = (Fmu(str(fmu_of(case)), **named(case.runs[-1])) for _ in range(2))
-    run(fmu, case, 0, half)
-    saved = fmu.fmi.getFMUState()
-    text = fmu.fmi.serializeFMUState(saved)
-    first = run(fmu, case, half, end)
-    fmu.fmi.setFMUState(saved)
-    fmu.fmi.freeFMUState(saved)
-    other.fmi.setFMUState(other.fmi.deSerializeFMUstate(text))
-    assert run(fmu, case, half, end) == run(other, case, half, end) == first
-    assert first[0] != first[-1]
-    fmu.close()
-    other.close()
+    fmu, other = (library_of(case).instantiate().begin(**named(case.runs[-1])) for _ in range(2))
+    with fmu, other:
+        run(fmu, case, 0, half)
+        saved = fmu.save()
+        text = fmu.serialise(saved)
+        first = run(fmu, case, half, end)
+        assert [fmu.restore(saved), other.restore(other.deserialise(text)[1])] == [OK, OK]
+        assert run(fmu, case, half, end) == run(other, case, half, end) == first
+        assert first[0] != first[-1]
 
 
 @pytest.mark.slow

@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import ctypes
+import tempfile
+import zipfile
 from collections.abc import Sequence
 from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_int32, c_int64, c_size_t, c_uint32, c_void_p
 from pathlib import Path
@@ -30,7 +32,10 @@ class Callbacks(ctypes.Structure):
 
 
 class Library:
-    """The library of an extracted FMU. Of a variable it knows reference, type and number of values."""
+    """The library of an extracted FMU, or of an archive. Of a variable it knows reference, type and number of values.
+
+    It imports no package of an FMU, so that a process can hide them.
+    """
 
     version = 2
     states = ("instantiated", "initialization mode", "step complete", "terminated", "error")
@@ -38,17 +43,19 @@ class Library:
     makers: tuple[str, ...] = ("",)
     questions: tuple[str, ...] = ("GetVersion", "GetTypesPlatform")
 
-    def __init__(self, folder: Path) -> None:
-        from fmi_export.building.native.compiler import FOLDERS3, PLATFORMS, host_platform
-
+    def __init__(self, fmu: Path | str) -> None:
+        folder = Path(fmu)
+        if folder.is_file():
+            folder = Path(tempfile.mkdtemp())
+            zipfile.ZipFile(fmu).extractall(folder)
         root = ElementTree.parse(folder / "modelDescription.xml").getroot()
-        here = host_platform()
         self.guid = root.get("guid") or root.get("instantiationToken", "")
         resources = folder / "resources"
         self.resources = resources.as_uri() if self.version == 2 else f"{resources}/"
-        where = here if self.version == 2 else FOLDERS3[here][0]
-        self.path = folder / "binaries" / where / f"{root.get('modelName')}{PLATFORMS[here][0]}"
-        self.variables = {v.get("name", ""): self._variable(v) for v in root.iterfind("ModelVariables/*")}
+        (self.path,) = folder.glob(f"binaries/*/{root.get('modelName')}.*")
+        variables = root.findall("ModelVariables/*")
+        self.variables = {v.get("name", ""): self._variable(v) for v in variables}
+        self.outputs = [v.get("name", "") for v in variables if v.get("causality") == "output"]
         self.c = ctypes.CDLL(str(self.path))
         for maker in self.makers:
             getattr(self.c, self.function(f"Instantiate{maker}")).restype = c_void_p
