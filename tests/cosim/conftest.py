@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.orchestrator.conftest import runner
+from tests.orchestrator.conftest import refuses, runner
 
-__all__ = ["runner"]
+__all__ = ["refuses", "runner"]
 
 SUPPORT = Path(__file__).parent / "support"
 

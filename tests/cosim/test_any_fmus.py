@@ -48,12 +48,6 @@ def test_an_fmu_that_ends_the_simulation_is_named_with_its_reason(system_file):
     assert_names(outcome.reason, "spring", "fmi2Terminated")
 
 
-def test_fmus_that_save_no_state_are_refused_where_steps_are_repeated(system_file):
-    system_file.write_text('coupling = "iterative"\n' + system_file.read_text(encoding="utf-8"), encoding="utf-8")
-    with raises_naming(ValueError, "coupling", "'iterative'", "spring, left, right", "canGetAndSetFMUstate"):
-        amb_cosim.simulate(system_file)
-
-
 def test_an_event_and_a_profile_drive_any_input(system_file):
     changes = """
 [[experiment.event]]
@@ -80,27 +74,28 @@ def test_a_condition_on_any_signal_ends_the_run(system_file):
 
 
 @pytest.mark.parametrize(
-    ("change", "facts"),
+    ("change", "options", "facts"),
     [
-        (('{ "x" = "left" }', '{ "y" = "left" }'), ("left", "'y'", "spring.left")),
-        (('stop_time = "0.5 s"', ""), ("experiment.stop_time",)),
-        (('"0.5 s"', '"0.5 kg"'), ("stop_time", "'0.5 kg'", "unit kg")),
-        (('fmu = "Spring.fmu"', 'fmu = "Sprung.fmu"'), ("Sprung.fmu",)),
-        (("[[connect]]\nfrom", "[[connect]]\nform"), ("connect[0].form", "from")),
+        (('{ "x" = "left" }', '{ "y" = "left" }'), {}, ("left", "'y'", "spring.left")),
+        (('stop_time = "0.5 s"', ""), {}, ("experiment.stop_time",)),
+        (('"0.5 s"', '"0.5 kg"'), {}, ("stop_time", "'0.5 kg'", "unit kg")),
+        (('fmu = "Spring.fmu"', 'fmu = "Sprung.fmu"'), {}, ("Sprung.fmu",)),
+        (("[[connect]]\nfrom", "[[connect]]\nform"), {}, ("connect[0].form", "from")),
+        (
+            ("[[component]]", 'coupling = "iterative"\n[[component]]'),
+            {},
+            ("coupling", "'iterative'", "spring, left, right", "canGetAndSetFMUstate"),
+        ),
+        (("", ""), {"step_size": 1e-3}, ("step_size", "stop_time", "SSP")),
     ],
 )
-def test_error_names_the_faulty_key_of_a_system_file(system_file, change, facts):
+def test_error_names_the_faulty_key_of_a_system_file(system_file, change, options, facts):
     system_file.write_text(system_file.read_text(encoding="utf-8").replace(*change, 1), encoding="utf-8")
     with raises_naming(ValueError, *facts):
-        amb_cosim.simulate(system_file)
+        amb_cosim.simulate(system_file, **options)
 
 
 def test_a_system_without_an_experiment_is_not_run(system_file):
     system = amb_cosim.load_system(system_file)
     with raises_naming(ValueError, "experiment"):
         amb_cosim.simulate(replace(system, name="two masses"))
-
-
-def test_step_and_end_of_a_system_file_are_those_of_its_experiment(system_file):
-    with raises_naming(ValueError, "step_size", "stop_time", "SSP"):
-        amb_cosim.simulate(system_file, step_size=1e-3)

@@ -1,16 +1,13 @@
 """Capability flags of FMI that have no effect, and functions that every FMU receives."""
 
-import sys
 from pathlib import Path
 
 import pytest
-from fmu_systems import system_text
+from fmu_systems import write_system
 from informed import SOURCE, description, informed_fmu
 
 import amb_cosim
 from tests.support.messages import raises_naming
-
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 UNUSED = {
     2: {
@@ -39,8 +36,7 @@ def run(tmp_path):
     """`run(fmu)`: the data set of the FMU alone, in 10 steps of 1 ms."""
 
     def simulate(fmu):
-        (tmp_path / "system.toml").write_text(system_text({"one": str(fmu)}), encoding="utf-8")
-        return amb_cosim.simulate(tmp_path / "system.toml", isolated=False).dataset
+        return amb_cosim.simulate(write_system(tmp_path, {"one": fmu}), isolated=False).dataset
 
     return simulate
 

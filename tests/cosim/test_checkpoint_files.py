@@ -8,12 +8,11 @@ from functools import partial
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from fmu_systems import write_system
 from informed import informed_fmu
 from strange_machine import RUB
 
 import amb_cosim
-from amb_cosim.commands.cli import main
 from amb_cosim.cosim.run.checkpoint import Checkpoint, _checksum
 from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.system_file import load_system
@@ -69,6 +68,13 @@ def flipped(file, name):
     return {name: array}
 
 
+def signed(file, **added):
+    """More arrays, and the checksum that holds for all, as a forger writes it."""
+    with np.load(file) as values:
+        arrays = {name: values[name] for name in values if name != "checksum"} | added
+    return added | {"checksum": _checksum(arrays)}
+
+
 def with_head(file, **changed):
     with np.load(file) as values:
         head = {**json.loads(values["head"].tobytes()), **changed}
@@ -86,6 +92,7 @@ def with_head(file, **changed):
             ("checksum", None), ("head", None), ("table", np.zeros((1, 3))), ("extra", np.zeros(1)),
             ("table", np.array([[None]])), ("signals", np.array([0.5, -0.0], np.float32)),
         ]),
+        partial(signed, extra=np.zeros(1)),
     ],
 )  # fmt: skip
 def test_changed_missing_and_added_arrays_are_refused(file, change):
@@ -124,27 +131,15 @@ def test_a_pipe_folder_or_missing_file_is_no_checkpoint(tmp_path):
             Checkpoint.load(path)
 
 
-def test_a_run_from_a_foreign_file_ends_with_code_2_and_one_message(file, tmp_path):
+def test_a_run_from_a_foreign_file_ends_with_code_2_and_one_message(refuses, file, tmp_path):
     """Before anything is built."""
     forge(file, table=np.ones((3, 1)))
-    for start, allowed in ((file, REFUSED), (tmp_path, ("no checkpoint", "--save-at"))):
-        done = CliRunner().invoke(main, ["run", str(RUB), "--from", str(start), "-o", str(tmp_path / "out")])
-        assert done.exit_code == 2
-        assert_names(done.stderr, str(start), *allowed)
-        assert len(done.stderr.strip().splitlines()) == 1
-        assert not (tmp_path / "out").exists()
+    for start, facts in ((file, REFUSED), (tmp_path, ("no checkpoint", "--save-at"))):
+        assert_names(refuses(str(start), "run", str(RUB), "--from", str(start), "-o", "out"), *facts)
 
 
-@pytest.mark.parametrize("parameters", [3.0, None, "rotor_contact", [], {"rotor_contact": []}, {"rotor_contact": 1.0}])
-def test_parameters_of_the_past_belong_to_components(tmp_path, parameters):
-    """With a checksum that holds, as a forger writes it."""
-    file = replace(CHECKPOINT, past={"parameters": parameters}).save(tmp_path / "state.npz")
-    with raises_naming(ValueError, str(file), *REFUSED):
-        Checkpoint.load(file)
-
-
-def test_a_run_from_a_past_without_parameters_is_refused(file, tmp_path):
-    done = CliRunner().invoke(main, ["run", "fig4_9", "--from", str(file), "-o", str(tmp_path / "out")])
+def test_a_run_from_a_past_without_parameters_is_refused(runner, file):
+    done = runner("run", "fig4_9", "--from", str(file), "-o", "out")
     assert done.exit_code == 2
     assert_names(done.stderr, "checkpoint", "another run", "parameters")
 
@@ -168,24 +163,15 @@ def test_error_names_the_changed_value_of_a_rotor(tmp_path, of_python):
 
 
 def test_a_changed_fmu_is_named_by_its_file(fmu_from_c, tmp_path):
-    system = '[[component]]\nname = "motor"\nfmu = "Informed2.fmu"\n[experiment]\ncommunication_step = "0.1 s"\n'
-    (tmp_path / "system.toml").write_text(f'{system}stop_time = "1 s"\n', encoding="utf-8")
+    path = write_system(tmp_path, {"motor": "Informed2.fmu"}, step="0.1 s", end="1 s")
 
     def run(experiment, **options):
         informed_fmu(fmu_from_c, tmp_path, 2, experiment)
-        return amb_cosim.simulate(tmp_path / "system.toml", isolated=False, **options)
+        return amb_cosim.simulate(path, isolated=False, **options)
 
     state = run("", save_at=["0.5 s"]).checkpoint("0.5 s").save(tmp_path / "state.npz")
     with raises_naming(ValueError, "FMU of motor", "Informed2.fmu"):
         run('tolerance="1e-4"', start=state)
-
-
-def test_a_signed_checkpoint_with_another_array_is_refused(file):
-    with np.load(file) as values:
-        arrays = {name: values[name] for name in values if name != "checksum"} | {"extra": np.zeros(1)}
-    np.savez(file, **arrays, checksum=_checksum(arrays))
-    with raises_naming(ValueError, str(file), *REFUSED):
-        Checkpoint.load(file)
 
 
 @pytest.mark.parametrize(
@@ -208,6 +194,8 @@ def test_a_signed_checkpoint_with_another_array_is_refused(file):
         {"warnings": {"a": [1]}},
         {"recorded": (1,)},
         {"past": {"a": json.loads("[" * 500 + "]" * 500)}},
+        *({"past": {"parameters": wrong}} for wrong in (3.0, None, "rotor_contact", [])),
+        *({"past": {"parameters": {"rotor_contact": wrong}}} for wrong in ([], 1.0)),
     ],
 )
 def test_signed_checkpoints_of_another_form_are_refused(tmp_path, changed):
@@ -218,12 +206,10 @@ def test_signed_checkpoints_of_another_form_are_refused(tmp_path, changed):
 
 def coupled_run(fmu_from_c, folder, coupling="iterative"):
     """A function that runs a motor that feeds a pump."""
-    parts = "".join(f'[[component]]\nname = "{name}"\nfmu = "Informed2.fmu"\n' for name in ("motor", "pump"))
+    parts = dict.fromkeys(("motor", "pump"), informed_fmu(fmu_from_c, folder))
     joint = '[[connect]]\nfrom = "motor"\nto = "pump"\nvariables = { y = "u" }\n'
-    system = f'coupling = "{coupling}"\n{parts}{joint}[experiment]\ncommunication_step = "0.1 s"\n'
-    (folder / "system.toml").write_text(f'{system}stop_time = "1 s"\n', encoding="utf-8")
-    informed_fmu(fmu_from_c, folder, 2, "")
-    return partial(amb_cosim.simulate, folder / "system.toml", isolated=False)
+    path = write_system(folder, parts, more=joint, step="0.1 s", end="1 s", coupling=coupling)
+    return partial(amb_cosim.simulate, path, isolated=False)
 
 
 @pytest.mark.parametrize(

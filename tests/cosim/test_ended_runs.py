@@ -3,7 +3,6 @@
 FMI 2.0 has values at fmi2LastSuccessfulTime after fmi2Discard with fmi2Terminated, FMI 3.0 at lastSuccessfulTime.
 """
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,11 +10,9 @@ from slow import slow_but_first
 
 import amb_cosim
 from tests.support.c_fmus import OUTPUT, PARAMETER, described
-from tests.support.fmu_systems import system_text
+from tests.support.fmu_systems import write_system
 from tests.support.messages import assert_names
 from tests.support.reference_results import verified_with
-
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 SOURCE = Path(__file__).parent / "support" / "ending.c"
 VARIABLES = [(name, PARAMETER, 'Real start="0"') for name in ("end", "kind")]
@@ -80,10 +77,9 @@ def simulated(fmu_from_c, tmp_path):
     def simulate(ends, version=2, order="gauss_seidel", h=0.1, kind=0, flags="", **options):
         described = DESCRIPTIONS[version].replace("<CoSimulation ", f"<CoSimulation {flags} ")
         fmu = fmu_from_c(SOURCE, described, version)
-        text = f'coupling = "{order}"\n' + system_text(dict.fromkeys(ends, fmu), end="0.4 s")
-        (tmp_path / "system.toml").write_text(text.replace('"1 ms"', f'"{h} s"'), encoding="utf-8")
+        path = write_system(tmp_path, dict.fromkeys(ends, fmu), end="0.4 s", step=f"{h} s", coupling=order)
         settings = {f"{name}.end": end for name, end in ends.items()} | {f"{name}.kind": kind for name in ends}
-        return amb_cosim.simulate(tmp_path / "system.toml", set=settings, **options)
+        return amb_cosim.simulate(path, set=settings, **options)
 
     return simulate
 

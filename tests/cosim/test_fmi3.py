@@ -1,12 +1,9 @@
 """FMUs of FMI 3.0: arrays element by element, every number type, and the same outcomes as of FMI 2.0."""
 
-import shutil
-import sys
-
 import numpy as np
 import pytest
 import xarray as xr
-from fmu_systems import system_text
+from fmu_systems import write_system
 
 import amb_cosim
 from amb_cosim.cosim.fmu.fmu_description import read_interface
@@ -25,18 +22,13 @@ to = "two"
 variables = {{ {} }}
 """.format(", ".join(f'"{k}.out[{j}]" = "{k}.in[{j}]"' for k in KINDS for j in (1, 2)))
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
-
 
 @pytest.fixture
 def run(arrays3_fmu, tmp_path):
     """`run(event, connections)`: what both loops find for two such FMUs, which is the same."""
-    shutil.copy(arrays3_fmu, tmp_path)
 
     def simulate(event, connections=ALL, **options):
-        path = tmp_path / "system.toml"
-        two = {"one": "Arrays3.fmu", "two": "Arrays3.fmu"}
-        path.write_text(system_text(two, event, more=connections), encoding="utf-8")
+        path = write_system(tmp_path, dict.fromkeys(("one", "two"), arrays3_fmu), event=event, more=connections)
         compiled, plain = (amb_cosim.simulate(path, loop=loop, **options) for loop in ("compiled", "plain"))
         xr.testing.assert_equal(compiled.dataset, plain.dataset)
         assert compiled.outcome == plain.outcome
@@ -125,19 +117,16 @@ def test_unlike_types_are_named_as_the_fmus_declare_them(run, source, target):
 
 def test_iterative_coupling_restores_states_of_fmi_3(run, tmp_path):
     explicit = run('"one.Float64.in[1]" = 3').dataset
-    again = tmp_path / "again.toml"
-    again.write_text(
-        'coupling = "iterative"\n' + (tmp_path / "system.toml").read_text(encoding="utf-8"), encoding="utf-8"
-    )
+    again, text = tmp_path / "again.toml", (tmp_path / "system.toml").read_text(encoding="utf-8")
+    again.write_text(f'coupling = "iterative"\n{text}', encoding="utf-8")
     iterative = amb_cosim.simulate(again).dataset
     assert iterative["two.Float64.out[1]"].values[-1] == explicit["two.Float64.out[1]"].values[-1] == 3
 
 
 @pytest.mark.parametrize("option", ["coupling", "rotor", "stop"])
-def test_an_option_that_no_model_takes_is_refused(run, tmp_path, option):
-    run('"one.Float64.in[1]" = 3')
+def test_an_option_that_no_model_takes_is_refused(arrays3_fmu, tmp_path, option):
     with raises_naming(ValueError, option, "there are none"):
-        amb_cosim.simulate(tmp_path / "system.toml", **{option: "iterative"})
+        amb_cosim.simulate(write_system(tmp_path, {"one": arrays3_fmu}), **{option: "iterative"})
 
 
 def test_references_without_an_experiment_use_the_default_experiment(arrays3_fmu, tmp_path):

@@ -4,23 +4,18 @@ import os
 import pickle
 import signal
 import subprocess
-import sys
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from command_line import COMMAND
-from fmu_systems import system_text
+from fmu_systems import write_system
 from waiting import LONGEST, children, is_running, of_process, wait_for_work, wait_until
 
 import amb_cosim
-from amb_cosim.commands.cli import main
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.run import execution as simulation
 from amb_cosim.cosim.run import isolation
 from tests.support.messages import assert_names, raises_naming
-
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 
 @pytest.fixture
@@ -29,9 +24,7 @@ def system(hostile, tmp_path):
 
     def write(deed="nothing", end="10 ms"):
         hostile.will(deed, 5, "DoStep")
-        path = tmp_path / "system.toml"
-        path.write_text(system_text({"one": hostile.fmu(2)}, end=end), encoding="utf-8")
-        return path
+        return write_system(tmp_path, {"one": hostile.fmu(2)}, end=end)
 
     return write
 
@@ -49,8 +42,8 @@ def test_isolated_run_has_the_data_of_a_run_in_this_process():
     ("segv", ("process of one", "SIGSEGV")),
     ("leave", ("process of one", "exit code 0")),
 ])  # fmt: skip
-def test_a_crash_ends_with_one_message_and_exit_code_1(system, tmp_path, deed, facts):
-    result = CliRunner().invoke(main, ["simulate", str(system(deed)), "-o", str(tmp_path / "out")])
+def test_a_crash_ends_with_one_message_and_exit_code_1(runner, system, tmp_path, deed, facts):
+    result = runner("simulate", str(system(deed)), "-o", "out")
     assert result.exit_code == 1
     assert_names(result.stderr.splitlines()[-1], "amb-cosim", *facts)
     assert not (tmp_path / "out").exists()

@@ -5,8 +5,6 @@ Speed y in m/s is 0.5 m/s2 t after n steps of h = 0.1 s; the second FMU gets it 
     y_2 = h sum_k (1000 y_1(t_k) + 2),   k = 1 ... 10 in Gauss-Seidel and iterative order, 0 ... 9 in Jacobi order
 """
 
-import sys
-
 import pytest
 from informed import informed_fmu
 from slow import slow_but_first
@@ -16,8 +14,6 @@ from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.system import Component, Connection, System
 from tests.cosim.test_variables import DESCRIPTIONS, SOURCE
 from tests.support.messages import raises_naming
-
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 WAYS = {
     "compiled": {"loop": "compiled", "isolated": False},

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 from amb_cosim.cosim.errors import FmuError, StartFailed, StepFailed
 from amb_cosim.cosim.grid.schedules import PiecewiseConstant, PiecewiseLinear
@@ -74,19 +73,20 @@ def run(master: Master, steps: int, schedules=()) -> dict[str, list[float]]:
     return dict(zip(master.wiring.names, map(list, zip(*rows, strict=True)), strict=True))
 
 
-def test_gauss_seidel_passes_new_outputs_on_within_a_step():
-    master = Master([relay("a"), relay("b"), relay("c")], closed_chain("a", "b", "c"), 0.1)
-    assert run(master, 2) == {"a": [0, 1, 4], "b": [0, 2, 5], "c": [0, 3, 6]}
+@pytest.mark.parametrize(
+    ("coupling", "values"),
+    [
+        ("gauss_seidel", {"a": [0, 1, 4], "b": [0, 2, 5], "c": [0, 3, 6]}),
+        ("jacobi", {"a": [0, 1, 2], "b": [0, 1, 2], "c": [0, 1, 2]}),
+    ],
+)
+def test_only_gauss_seidel_passes_new_outputs_on_within_a_step(coupling, values):
+    assert run(Master([relay(name) for name in "abc"], closed_chain("a", "b", "c"), 0.1, coupling), 2) == values
 
 
 def test_gauss_seidel_steps_components_in_their_order():
     wiring = SignalMap(("b", "a"), 0, (np.array([1]), np.array([0])), ((), ()))
     assert run(Master([relay("b"), relay("a", x=10.0)], wiring, 0.1), 1) == {"b": [0, 11], "a": [10, 12]}
-
-
-def test_jacobi_passes_the_outputs_at_the_beginning_of_the_step():
-    master = Master([relay("a"), relay("b"), relay("c")], closed_chain("a", "b", "c"), 0.1, "jacobi")
-    assert run(master, 2) == {"a": [0, 1, 2], "b": [0, 1, 2], "c": [0, 1, 2]}
 
 
 @pytest.mark.slow
@@ -143,29 +143,6 @@ def test_a_slow_component_steps_at_multiples_of_its_interval_only():
     assert slow.trace == []
     master.run(-8, 0)
     assert slow.trace == [("slow", "step", -4.0, 2.0), ("slow", "step", -2.0, 2.0)]
-
-
-@pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
-def test_explicit_coupling_converges_with_first_order(coupling):
-    a = np.array([[-1.0, 2.0], [-3.0, -0.5]])
-    exact = expm(a) @ np.array([1.0, 0.5])
-
-    def half(i: int, x: float) -> Block:
-        local, other = a[i, i], a[i, 1 - i]
-
-        def advance(x: float, u: np.ndarray, t: float, h: float) -> float:
-            return float(np.exp(local * h) * x + np.expm1(local * h) / local * other * u[0])
-
-        return Block("ab"[i], advance=advance, x=x)
-
-    def error(steps: int) -> float:
-        master = Master([half(0, 1.0), half(1, 0.5)], closed_chain("a", "b"), 1.0 / steps, coupling)
-        return float(np.linalg.norm([series[-1] for series in run(master, steps).values()] - exact))
-
-    errors = [error(steps) for steps in (100, 200, 400, 800)]
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert errors[-1] < 5e-3
-    np.testing.assert_allclose(orders, 1.0, atol=0.06)
 
 
 def test_outputs_are_propagated_during_initialisation_against_the_order():
@@ -286,18 +263,16 @@ def test_error_names_the_source_of_a_refused_nan():
     assert_names(caught, "u = nan", "from source is nan")
 
 
-def test_an_interrupt_keeps_the_record_and_frees_all():
-    record: list[int] = []
+def test_an_interrupt_by_an_observer_frees_all():
     block = Block("block")
 
     def observe(n: int, _: np.ndarray) -> None:
         if n == 5:
             raise KeyboardInterrupt
-        record.append(n)
 
     with pytest.raises(KeyboardInterrupt), Master([block], closed_chain("block"), 0.1) as master:
         master.run(0, 100, (), [observe])
-    assert record == [0, 1, 2, 3, 4]
+    assert [event[2] for event in block.trace] == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
     assert block.closed == 1
 
 
@@ -369,13 +344,6 @@ def test_a_component_alone_completes_its_step_at_any_time():
     master = Master([relay("a", x=5.0)], closed_chain("a"), 0.1)
     assert master.complete(0, 0, 0.03)
     assert master.values.tolist() == [5.0]
-
-
-def test_a_component_that_refuses_to_start_is_named():
-    block = Block("pump")
-    block.leave = lambda: (_ for _ in ()).throw(RuntimeError("initialisation answered fault 3: too dry"))
-    with raises_naming(StartFailed, "pump", "fault 3: too dry"):
-        Master([block], closed_chain("pump"), 0.1).initialise()
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from fmu_systems import write_system
 from informed import informed_fmu
 from slow import slow_but_first
 
@@ -18,19 +19,11 @@ from tests.support.c_fmus import DEFAULTS
 from tests.support.messages import raises_naming
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
-TWO = """coupling = "{coupling}"
-[[component]]
-name = "a"
-fmu = "{fmu}"
-[[component]]
-name = "b"
-fmu = "{fmu}"
-[parameters.b]
+GAIN_OF_B = """[parameters.b]
 k = 10.0
-[experiment]
-communication_step = "0.1 s"
-stop_time = "1 s"
-inputs = {{ "a.u" = 1.0, "b.u" = 1.0 }}
+[experiment.inputs]
+"a.u" = 1.0
+"b.u" = 1.0
 """
 SCRIPT = """
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
@@ -55,8 +48,8 @@ def two_instances(request, fmu_from_c, tmp_path):
 
     def simulate(once, coupling="gauss_seidel", **options):
         fmu = informed_fmu(fmu_from_c, tmp_path, request.param, canBeInstantiatedOnlyOncePerProcess=once)
-        path = tmp_path / "two.toml"
-        path.write_text(TWO.format(fmu=fmu, coupling=coupling), encoding="utf-8")
+        both = {"a": fmu, "b": fmu}
+        path = write_system(tmp_path, both, more=GAIN_OF_B, step="0.1 s", end="1 s", coupling=coupling)
         return amb_cosim.simulate(path, **options)
 
     return simulate
@@ -95,13 +88,20 @@ def test_error_names_an_fmu_that_exits_its_process(hostile, unpack):
     assert not hostile.processes()
 
 
+def last_outputs(folder, parts, **inputs):
+    """The output of each FMU at the end of a run of all of them."""
+    settings = {f"{name}.{variable}": value for name in parts for variable, value in inputs.items()}
+    data = amb_cosim.simulate(write_system(folder, parts, step="0.1 s", end="0.3 s"), set=settings).dataset
+    return [float(data[f"{name}.y"].values[-1]) for name in parts]
+
+
 @pytest.fixture
 def scripts(tmp_path, monkeypatch):
     """`scripts(gains)`: last outputs of Python FMUs of one system, whose helper modules have the same name."""
     from pythonfmu.builder import FmuBuilder
 
     def simulate(gains: dict[str, float]) -> list[float]:
-        parts = []
+        parts = {}
         for name, gain in gains.items():
             folder = tmp_path / name
             folder.mkdir()
@@ -109,13 +109,8 @@ def scripts(tmp_path, monkeypatch):
             (folder / "gains.py").write_text(f"GAIN = {gain}\n", encoding="utf-8")
             for module in ("part", "gains"):  # which the builder imports
                 monkeypatch.delitem(sys.modules, module, raising=False)
-            fmu = FmuBuilder.build_FMU(folder / "part.py", dest=folder, project_files=[folder / "gains.py"])
-            parts.append(f'[[component]]\nname = "{name}"\nfmu = "{fmu}"\n')
-        inputs = ", ".join(f'"{name}.u" = 1.0' for name in gains)
-        run = f'[experiment]\ncommunication_step = "0.1 s"\nstop_time = "0.3 s"\ninputs = {{ {inputs} }}\n'
-        (tmp_path / "system.toml").write_text("".join(parts) + run, encoding="utf-8")
-        data = amb_cosim.simulate(tmp_path / "system.toml").dataset
-        return [float(data[f"{name}.y"].values[-1]) for name in gains]
+            parts[name] = FmuBuilder.build_FMU(folder / "part.py", dest=folder, project_files=[folder / "gains.py"])
+        return last_outputs(tmp_path, parts, u=1.0)
 
     return simulate
 
@@ -142,7 +137,7 @@ def linked(tmp_path):
         subprocess.run([*command, "-o", library, source], check=True, capture_output=True)
 
     def simulate(gains):
-        components = []
+        parts = {}
         for name, gain in gains.items():
             folder = tmp_path / name
             folder.mkdir()
@@ -151,15 +146,12 @@ def linked(tmp_path):
             compile_to(
                 folder / "gain.so", text, DEFAULTS, "-DFMI_VERSION=2", "-Wl,-rpath,$ORIGIN", f"-L{folder}", "-lpart"
             )
-            with zipfile.ZipFile(tmp_path / f"{name}.fmu", "w") as fmu:
+            parts[name] = tmp_path / f"{name}.fmu"
+            with zipfile.ZipFile(parts[name], "w") as fmu:
                 fmu.writestr("modelDescription.xml", description())
                 for library in (folder / "gain.so", part):
                     fmu.write(library, f"binaries/linux64/{library.name}")
-            components.append(f'[[component]]\nname = "{name}"\nfmu = "{name}.fmu"\n')
-        run = '[experiment]\ncommunication_step = "0.1 s"\nstop_time = "0.3 s"\n'
-        (tmp_path / "system.toml").write_text("".join(components) + run, encoding="utf-8")
-        data = amb_cosim.simulate(tmp_path / "system.toml").dataset
-        return [float(data[f"{name}.y"].values[-1]) for name in gains]
+        return last_outputs(tmp_path, parts)
 
     return simulate
 

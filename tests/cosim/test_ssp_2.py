@@ -1,22 +1,17 @@
 """Archives of SSP 2.0: arrays are connected and bound whole or element by element, in every number type of FMI 3.0."""
 
 import json
-import sys
 import zipfile
 
 import pytest
 import xarray as xr
-from fmu_systems import system_text
+from fmu_systems import write_system
 
 import amb_cosim
+from tests.ssp import gain_archives
 from tests.support.messages import assert_names, raises_naming
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
-
-NAMESPACES = " ".join(
-    f'xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
-    for prefix, name in (("ssd", "Description"), ("ssc", "Common"), ("ssv", "ParameterValues"))
-)
+TYPES = ("Float64", "Int8", "UInt64")
 PAIR = '<ssc:Dimension size="2"/>'
 NOTE = '<ssc:MetaData kind="general" type="text/plain"><ssc:Content>of a test</ssc:Content></ssc:MetaData>'
 WHOLE = '<ssd:Connection startElement="one" startConnector="{0}" endElement="two" endConnector="{1}"/>'
@@ -25,12 +20,13 @@ PUSH = '<ssd:Connection startConnector="push" endElement="one" endConnector="Flo
 PULL = '<ssd:Connection startElement="two" startConnector="UInt64.out" {0} endConnector="{1}"/>'
 PULLS = [PULL.format("", "pull"), PULL.format('startIndices="1"', "first")]
 LINKS = [WHOLE.format("Float64.out", "Float64.in"), ONE.format("Int8.out", "UInt64.in", 2, 1), PUSH, *PULLS]
-VALUES = f"""
-<ssv:Parameter name="one.m"><ssv:Float64 value="6 5 4 3 2 1"/>{PAIR}<ssc:Dimension size="3"/></ssv:Parameter>
-<ssv:Parameter name="one.Int8.in"><ssv:Int8 value="-7 9"/>{PAIR}</ssv:Parameter>
-<ssv:Parameter name="one.Boolean.in"><ssv:Boolean value="true 0"/>{PAIR}</ssv:Parameter>
-<ssv:Parameter name="two.UInt32.in"><ssv:UInt32 value="4294967295 0"/>{PAIR}</ssv:Parameter>
-<ssv:Parameter name="two.choice"><ssv:Enumeration><ssv:Value value="far"/></ssv:Enumeration></ssv:Parameter>"""
+VALUES = gain_archives.value_set({
+    "one.m": f'<ssv:Float64 value="6 5 4 3 2 1"/>{PAIR}<ssc:Dimension size="3"/>',
+    "one.Int8.in": f'<ssv:Int8 value="-7 9"/>{PAIR}',
+    "one.Boolean.in": f'<ssv:Boolean value="true 0"/>{PAIR}',
+    "two.UInt32.in": f'<ssv:UInt32 value="4294967295 0"/>{PAIR}',
+    "two.choice": '<ssv:Enumeration><ssv:Value value="far"/></ssv:Enumeration>',
+})  # fmt: skip
 AS_SYSTEM = """
 [[connect]]
 from = "one"
@@ -44,29 +40,26 @@ AS_SETTINGS = {f"one.m[{i},{j}]": 10.0 - 3 * i - j for i in (1, 2) for j in (1, 
 }  # fmt: skip
 
 
-def component(name, types=("Float64", "Int8", "UInt64")):
-    connectors = "".join(
-        f'<ssd:Connector name="{kind}.{way}" kind="{way}put"><ssc:{stated}/>{PAIR}</ssd:Connector>'
-        for kind, stated in zip(("Float64", "Int8", "UInt64"), types, strict=True)
-        for way in ("in", "out")
+def array(name, kind, stated, dimension=PAIR):
+    return f'<ssd:Connector name="{name}" kind="{kind}"><ssc:{stated}/>{dimension}</ssd:Connector>'
+
+
+def component(name, types=TYPES):
+    ends = "".join(
+        array(f"{k}.{way}", f"{way}put", s) for k, s in zip(TYPES, types, strict=True) for way in ("in", "out")
     )
-    fixed = '<ssd:Connector name="columns" kind="structuralParameter"><ssc:UInt64/></ssd:Connector>'
-    source = 'source="resources/Arrays3.fmu" implementation="CoSimulation"'
-    inner = f"<ssd:Connectors>{connectors}{fixed}</ssd:Connectors>{NOTE}"
-    return f'<ssd:Component name="{name}" {source}>{inner}</ssd:Component>'
+    ends += array("columns", "structuralParameter", "UInt64", "")
+    return gain_archives.component(name, "resources/Arrays3.fmu", ends, NOTE, 'implementation="CoSimulation"')
 
 
-def structure(links=LINKS, values=VALUES, types=("Float64", "Int8", "UInt64")):
-    bound = f'<ssv:ParameterSet version="2.0" name="set"><ssv:Parameters>{values}</ssv:Parameters></ssv:ParameterSet>'
-    return f"""<ssd:SystemStructureDescription {NAMESPACES} version="2.0" name="two"><ssd:System name="two">
-<ssd:Connectors><ssd:Connector name="push" kind="input"><ssc:Float64/>{PAIR}</ssd:Connector>
-<ssd:Connector name="pull" kind="output"><ssc:UInt64/>{PAIR}</ssd:Connector>
-<ssd:Connector name="first" kind="output"><ssc:UInt64/></ssd:Connector></ssd:Connectors>
-<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>{bound}</ssd:ParameterValues>
-</ssd:ParameterBinding></ssd:ParameterBindings>
-<ssd:Elements>{component("one")}{component("two", types)}</ssd:Elements>
-<ssd:Connections>{"".join(links)}</ssd:Connections></ssd:System>
-<ssd:DefaultExperiment startTime="0" stopTime="0.01"/></ssd:SystemStructureDescription>"""
+def structure(links=LINKS, values=VALUES, types=TYPES):
+    ends = (
+        array("push", "input", "Float64") + array("pull", "output", "UInt64") + array("first", "output", "UInt64", "")
+    )
+    bound = gain_archives.binding(f"<ssd:ParameterValues>{values}</ssd:ParameterValues>")
+    root = gain_archives.system("two", ends, component("one") + component("two", types), "".join(links), bound)
+    experiment = '<ssd:DefaultExperiment startTime="0" stopTime="0.01"/>'
+    return gain_archives.structure(root, experiment=experiment).replace('version="1.0"', 'version="2.0"')
 
 
 @pytest.fixture
@@ -83,8 +76,7 @@ def run(arrays3_fmu, tmp_path):
 
 
 def test_arrays_in_an_archive_and_in_a_system_file_are_equal(run, arrays3_fmu, tmp_path):
-    path = tmp_path / "system.toml"
-    path.write_text(system_text(dict.fromkeys(("one", "two"), str(arrays3_fmu)), more=AS_SYSTEM), encoding="utf-8")
+    path = write_system(tmp_path, dict.fromkeys(("one", "two"), arrays3_fmu), more=AS_SYSTEM)
     ours, theirs = amb_cosim.simulate(path, set=AS_SETTINGS).dataset, run().dataset
     names = [name for name in theirs if name.startswith(("one.", "two."))]
     xr.testing.assert_equal(ours[names], theirs[names])

@@ -1,7 +1,6 @@
 """Start and stop time that FMUs receive, and the values with which a run begins."""
 
 import re
-import sys
 
 import numpy as np
 import pytest
@@ -10,8 +9,6 @@ from slow import slow_but_first
 
 import amb_cosim
 from tests.support.messages import raises_naming
-
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 
 @pytest.fixture(params=slow_but_first([2, 3]), ids="FMI {}".format)

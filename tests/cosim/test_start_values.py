@@ -1,21 +1,18 @@
 """Start values of other tools' states: FMI lets a user set outputs and local variables that are exact or approx."""
 
 import json
-import sys
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from fmu_systems import system_text
+from fmu_systems import write_system
 
 import amb_cosim
 from tests.ssp import gain_archives
 from tests.support.c_fmus import OUTPUT, described
 from tests.support.messages import raises_naming
-
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 BRIEF = '<ssd:DefaultExperiment stopTime="0.01"/>'
 SOURCE = Path(__file__).parent / "support" / "falling.c"
@@ -34,8 +31,7 @@ def fmu(fmu_from_c, request) -> Path:
 
 def run(fmu: Path, folder: Path, event: str = "", more: str = "", **options: object) -> xr.Dataset:
     """Run the mass alone."""
-    path = folder / "system.toml"
-    path.write_text(system_text({"mass": str(fmu)}, event, more=more), encoding="utf-8")
+    path = write_system(folder, {"mass": fmu}, event=event, more=more)
     return amb_cosim.simulate(path, isolated=False, **options).dataset
 
 
@@ -47,11 +43,6 @@ def test_a_state_starts_where_the_user_puts_it(fmu, tmp_path):
     assert data["mass.e"].values == pytest.approx(9.81 * 3.0 + 2.0, rel=1e-12)
     stored = json.loads(data.attrs["parameters"])["mass"]
     assert (stored["h"], stored["v"]) == (3.0, 2.0)
-
-
-def test_a_system_file_holds_the_start_of_a_state(fmu, tmp_path):
-    result = run(fmu, tmp_path, more="[parameters.mass]\nh = 5.0\n")
-    assert result["mass.h"].values[0] == 5.0
 
 
 def test_a_parameter_set_of_an_archive_holds_the_start_of_a_state(fmu, tmp_path):
@@ -66,16 +57,20 @@ def test_a_parameter_set_of_an_archive_holds_the_start_of_a_state(fmu, tmp_path)
     assert result["mass.h"].values[0] == 7.0
 
 
-def test_states_without_a_value_start_as_their_fmu_says(fmu, tmp_path):
-    assert run(fmu, tmp_path)["mass.h"].values[0] == 1.0
+@pytest.mark.parametrize(("more", "h"), [("", 1.0), ("[parameters.mass]\nh = 5.0\n", 5.0)], ids=["FMU", "system file"])
+def test_a_state_starts_as_its_fmu_or_the_system_file_says(fmu, tmp_path, more, h):
+    assert run(fmu, tmp_path, more=more)["mass.h"].values[0] == h
 
 
-@pytest.mark.parametrize("name", ["mass.e", "mass.g"], ids=["calculated", "constant"])
-def test_a_value_that_the_fmu_alone_computes_cannot_be_set(fmu, tmp_path, name):
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("mass.e", {"set": {"mass.e": 1.0}}),
+        ("mass.g", {"set": {"mass.g": 1.0}}),
+        ("mass.h", {"event": '"mass.h" = 2.0'}),
+    ],
+    ids=["calculated", "constant", "during the run"],
+)
+def test_a_value_that_the_fmu_alone_computes_cannot_be_set(fmu, tmp_path, name, options):
     with raises_naming(ValueError, name, "cannot be set"):
-        run(fmu, tmp_path, set={name: 1.0})
-
-
-def test_a_state_cannot_be_set_during_the_run(fmu, tmp_path):
-    with raises_naming(ValueError, "mass.h", "cannot be set"):
-        run(fmu, tmp_path, event='"mass.h" = 2.0')
+        run(fmu, tmp_path, **options)

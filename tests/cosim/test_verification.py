@@ -1,7 +1,5 @@
 """`verify` reports equality only for compared results of the FMU: inputs and held values do not count."""
 
-import sys
-
 import pytest
 
 import amb_cosim
@@ -9,8 +7,6 @@ from tests.cosim.test_variables import DESCRIPTIONS, SOURCE
 from tests.support.changed_archive import changed_archive
 from tests.support.messages import assert_names
 from tests.support.reference_results import FOLDER, table, verified_with
-
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 GOOD, END = 0, 1  # of the input `what` of arrays3.c
 EXPERIMENT = """<Experiments><Experiment name="one" stopTime="0.4" stepSize="0.1">
@@ -50,11 +46,6 @@ def test_references_of_a_german_spreadsheet_are_compared(verified, tmp_path, val
     changed_archive(path, path, {f"{FOLDER}/out.csv": "\r\n".join(rows).encode("utf-16")})
     (item,) = amb_cosim.verify(path)
     assert (item.is_equal, item.n_values) == (is_equal, 5)
-
-
-def test_outputs_within_tolerance_are_equal(verified):
-    item = verified([0.0, 91.0, 91.0, 91.0, 91.0])
-    assert (item.is_equal, item.n_values, item.omitted) == (True, 5, ())
 
 
 def test_an_fmu_that_ends_before_its_references_is_not_equal(verified):

@@ -1,15 +1,11 @@
 """Units, laws and mappings on the way from connector to connector of an archive, in gains y = k u."""
 
-import sys
-
 import pytest
 from gain_archives import CHAIN, ENTRY, IN, LAW, OUT, bind, connect, connector, gain, system
 
 import amb_cosim
 from amb_cosim.cosim.ssp import load_ssp
 from tests.support.messages import raises_naming
-
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 
 def test_a_signal_of_the_system_can_be_set_in_its_unit(last):
