@@ -15,7 +15,7 @@ def marked():
     for file in ROOT.glob("tests/*/test_*.py"):
         if file != Path(__file__):
             text = file.read_text(encoding="utf-8")
-            yield from re.findall(r'in_host\(\s*"([^"]+)", "([^"]+)"', text)
+            yield from re.findall(r'(?:in_host|host_marks)\(\s*"([^"]+)", "([^"]+)"', text)
             yield from re.findall(r'mark\.host\(\s*"([^"]+)".*?fmus="([^"]+)"', text, re.DOTALL)
 
 

@@ -18,9 +18,7 @@ def exported(
     return zipfile.ZipFile(archive).namelist()
 
 
-def with_this_project(
-    scenario: str, flavour: str = "native", set: dict[str, Any] | None = None, nanoseconds: bool = False
-) -> dict[str, list[Any]]:
+def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, list[Any]]:
     """Return the values of a run of the scenario at its steps. With `nanoseconds` steps are those of libcosim."""
     import tomllib
 
@@ -33,17 +31,17 @@ def with_this_project(
         step_between_nanoseconds()
 
     case = make_scenario(tomllib.loads(scenario), "rig")
-    result = amb_cosim.run(case, flavour=flavour, set=set, loop="plain", progress=False)
+    result = amb_cosim.run(case, loop="plain", progress=False)
     assert result.outcome.failure is None, result.outcome.failure
     return {name: v.values.tolist() for name, v in result.dataset.items() if not str(name).endswith(AT_STEPS)}
 
 
-def read_back(archive: str, set: dict[str, Any] | None = None) -> dict[str, list[Any]]:
+def read_back(archive: str) -> dict[str, list[Any]]:
     """Return what a run of the archive by this project records at its samples."""
     import amb_cosim
     from amb_cosim.cosim.record.signals import AT_STEPS
 
-    result = amb_cosim.simulate(archive, set=set)
+    result = amb_cosim.simulate(archive)
     assert result.outcome.failure is None, result.outcome.failure
     sampled = {n: v.values.tolist() for n, v in result.dataset.items() if not str(n).endswith(AT_STEPS)}
     return {"time": result.dataset.time.values.tolist()} | sampled

@@ -11,6 +11,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 import archive_runs
 import gain_archives
 
+from tests.cosim.conftest import foreign_fmus
+from tests.orchestrator.conftest import refuses, runner
+
+__all__ = ["foreign_fmus", "refuses", "runner"]
+
 
 @pytest.fixture(scope="session")
 def archive(run_python, create_once):

@@ -2,17 +2,14 @@
 
 import json
 import zipfile
-from pathlib import Path
 
 import gain_archives
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from gain_archives import bind, binding, component, connect, connector, system, value_set
 from lxml.etree import fromstring
 
 import amb_cosim
-from amb_cosim.commands.cli import main
 from amb_cosim.cosim.ssp import load_ssp
 from amb_cosim.cosim.ssp.parameter_values import read_parameters
 from amb_cosim.cosim.ssp.schema import PARAMETERS, parse
@@ -20,7 +17,6 @@ from amb_cosim.cosim.ssp.structure import TOOLS
 from amb_cosim.cosim.system.experiment import Experiment
 from tests.support.messages import assert_names, raises_naming
 
-SUPPORT = Path(__file__).parents[1] / "cosim" / "support"
 OMEGA = np.sqrt(2.0 * 400.0)  # of two masses of 1 kg against each other
 LEFT = binding("", 'source="resources/left.ssv"')
 MASS = connector("force", "input") + connector("push", "input") + connector("x", "output")
@@ -45,19 +41,8 @@ def structure(elements="", extra_link="", experiment=gain_archives.EXPERIMENT, b
     return gain_archives.structure(root, experiment=experiment)
 
 
-@pytest.fixture(scope="module")
-def fmus(create_once):
-    from pythonfmu.builder import FmuBuilder
-
-    def fill(folder):
-        for script in ("mass.py", "spring.py"):
-            FmuBuilder.build_FMU(SUPPORT / script, dest=folder)
-
-    return create_once("masses", fill)
-
-
 @pytest.fixture
-def archive(fmus, tmp_path):
+def archive(foreign_fmus, tmp_path):
     """`archive(text, **files)`: an archive with the FMUs, a structure and parameter sets."""
 
     def write(text, sets=None):
@@ -65,7 +50,7 @@ def archive(fmus, tmp_path):
         with zipfile.ZipFile(path, "w") as content:
             content.writestr("SystemStructure.ssd", text)
             for name in ("Mass.fmu", "Spring.fmu"):
-                content.write(fmus / name, f"resources/{name}")
+                content.write(foreign_fmus / name, f"resources/{name}")
             for name, document in (sets or {"left.ssv": value_set({"start": 0.01})}).items():
                 content.writestr(f"resources/{name}", document)
         return path
@@ -248,33 +233,29 @@ def test_a_file_that_is_no_archive_is_refused(tmp_path):
         load_ssp(tmp_path / "none.ssp")
 
 
-def test_the_command_refuses_options_without_effect_on_an_archive(archive):
-    path = archive(structure())
-    for options, message in (
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
         (["--rotor", "compressor"], "--rotor cannot be used with an SSP archive"),
         ([], "defines no communication step"),
         (["--step", "1 kg"], "--step = '1 kg' has unit kg"),
-    ):
-        refused = CliRunner().invoke(main, ["run", str(path), *options])
-        assert refused.exit_code == 2
-        assert message in refused.output
+    ],
+)
+def test_the_command_refuses_options_without_effect_on_an_archive(archive, refuses, options, message):
+    refuses(message, "run", str(archive(structure())), *options)
 
 
 @pytest.mark.parametrize("command", ["run", "simulate"])
-def test_the_advised_options_let_an_archive_run(archive, command, tmp_path):
-    arguments = [command, str(archive(structure(experiment=""))), "-o", str(tmp_path / "out")]
+def test_the_advised_options_let_an_archive_run(archive, refuses, runner, command):
+    arguments = [command, str(archive(structure(experiment=""))), "-o", "out"]
     for option, value in (("--step", "1ms"), ("--until", "10 ms")):
-        refused = CliRunner().invoke(main, arguments)
-        assert refused.exit_code == 2
-        assert option in refused.output
+        refuses(option, *arguments)
         arguments += [option, value]
-    done = CliRunner().invoke(main, arguments)
+    done = runner(*arguments)
     assert done.exit_code == 0, done.output
     assert "completed at t = 0.01 s" in done.output
 
 
-def test_a_system_file_has_its_times_in_its_experiment(tmp_path):
+def test_a_system_file_has_its_times_in_its_experiment(refuses, tmp_path):
     (tmp_path / "any.toml").write_text("", encoding="utf-8")
-    refused = CliRunner().invoke(main, ["simulate", str(tmp_path / "any.toml"), "--until", "1 s"])
-    assert refused.exit_code == 2
-    assert_names(refused.output, "--until", "experiment")
+    assert_names(refuses("--until", "simulate", "any.toml", "--until", "1 s"), "experiment")

@@ -16,14 +16,15 @@ DISTRIBUTIONS = {
 }
 
 
-def in_host(tool: str, fmus: str, what: str = "this master's run, to the last bit") -> Callable[[Any], Any]:
-    """Mark a test that runs FMUs in a tool, which is skipped where the tool is not installed."""
+def host_marks(tool: str, fmus: str, what: str = "this master's run, to the last bit") -> list[pytest.MarkDecorator]:
+    """Return the marks of a case that runs FMUs in a tool, which is skipped where the tool is not installed."""
     name = DISTRIBUTIONS[tool]
     package = name.replace("-", "_")
-    is_missing = find_spec(package) is None
+    skipped = pytest.mark.skipif(find_spec(package) is None, reason=f"{package} is not installed (extra: peers)")
+    return [skipped, pytest.mark.host(tool, name, fmus=fmus, what=what)]
 
-    def mark(test: Any) -> Any:
-        skipped = pytest.mark.skipif(is_missing, reason=f"{package} is not installed (extra: peers)")(test)
-        return pytest.mark.host(tool, name, fmus=fmus, what=what)(skipped)
 
-    return mark
+def in_host(*arguments: str) -> Callable[[Any], Any]:
+    """Return a decorator with the marks of `host_marks` for a test."""
+    skipped, host = host_marks(*arguments)
+    return lambda test: host(skipped(test))
