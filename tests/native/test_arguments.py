@@ -33,8 +33,7 @@ NULL = None
 def test_a_wrong_reference_is_refused_with_the_reason(library, way, kind, references, values, facts):
     names = ("Real", "Integer", "Boolean", "String")
     name = library.function(names[kind])[4:]
-    with library.instantiate() as fmu:
-        fmu.begin()
+    with library.instantiate().begin() as fmu:
         assert fmu.transfer(way, name, references, values) == ERROR
         check_refusal(fmu, library.function(way + names[kind]), *facts)
 
@@ -54,8 +53,7 @@ def test_a_wrong_reference_is_refused_with_the_reason(library, way, kind, refere
     ],
 )
 def test_a_wrong_argument_is_refused_with_the_reason(library, function, arguments, facts):
-    with library.instantiate() as fmu:
-        fmu.begin()
+    with library.instantiate().begin() as fmu:
         assert (fmu.call(function, *arguments(fmu)) if arguments else fmu.step(math.nan)) == ERROR
         check_refusal(fmu, library.function(function), *facts)
 
@@ -73,8 +71,7 @@ def check_refusal(fmu, *facts):
 
 
 def test_a_wrong_reference_among_right_ones_sets_no_value(library):
-    with library.instantiate() as fmu:
-        fmu.begin(u=1.0)
+    with library.instantiate().begin(u=1.0) as fmu:
         u, kind, _ = library.variables["u"]
         assert fmu.transfer("Set", kind, [u, 999], [3.0, 3.0]) == ERROR
         assert fmu.get("u") == [1.0]
@@ -83,8 +80,7 @@ def test_a_wrong_reference_among_right_ones_sets_no_value(library):
 @pytest.mark.parametrize("names", [["y", "level"], ["level", "y"], [], ["y", "level", "u"] * 10])
 def test_reals_are_read_and_set_in_any_order_and_number(library, names):
     """Lists of neighbours, of others, empty ones and those longer than there are variables, each twice."""
-    with library.instantiate() as fmu:
-        fmu.begin(u=2.0)
+    with library.instantiate().begin(u=2.0) as fmu:
         fmu.step(0)
         (u, kind, _), expected = library.variables["u"], fmu.get(*names)
         for _ in range(2):
@@ -98,8 +94,7 @@ def test_reals_are_read_and_set_in_any_order_and_number(library, names):
 
 def test_a_wrong_status_query_is_discarded(library2):
     right = {"GetRealStatus": (2, c_double()), "GetBooleanStatus": (3, c_int()), "GetStringStatus": (1, c_char_p())}
-    with library2.instantiate() as fmu:
-        fmu.begin()
+    with library2.instantiate().begin() as fmu:
         for function, (kind, room) in right.items():
             assert fmu.call(function, kind, byref(room)) == OK
             assert fmu.call(function, kind + 1, byref(room)) == DISCARD
@@ -107,8 +102,7 @@ def test_a_wrong_status_query_is_discarded(library2):
 
 
 def test_unsupported_optional_functions_are_refused_without_harm(library2):
-    with library2.instantiate() as fmu:
-        fmu.begin()
+    with library2.instantiate().begin() as fmu:
         reference, value = byref(c_uint(0)), byref(c_double())
         assert fmu.call("SetRealInputDerivatives", reference, c_size_t(1), byref(c_int(1)), value) == ERROR
         assert fmu.call("GetRealOutputDerivatives", reference, c_size_t(1), byref(c_int(1)), value) == ERROR

@@ -209,7 +209,11 @@ def test_a_state_is_restored_only_by_instances_with_the_same_data(library, lag):
         assert_names(other.log[0][2], "fmi2DeSerializeFMUstate", "another FMU")
 
 
-def test_a_message_longer_than_the_buffer_of_the_engine_is_refused(lag):
-    wordy = dataclasses.replace(lag, faults={7: 3570 * "x" + "{u}"})
-    with raises_naming(ValueError, "3584 bytes", "3605"):
-        model_data(wordy, np.zeros(1), "{}", "")
+@pytest.mark.parametrize(
+    ("message", "facts"),
+    [(3570 * "x" + "{u}", ("3584 bytes", "3605")), ("{v} is wrong", ("probe_lag", "'v'"))],
+    ids=["longer than the buffer of the engine", "unknown variable"],
+)
+def test_a_message_that_an_engine_cannot_write_is_refused(lag, message, facts):
+    with raises_naming(ValueError, *facts):
+        model_data(dataclasses.replace(lag, faults={7: message}), np.zeros(1), "{}", "")

@@ -14,7 +14,7 @@ import amb_cosim
 from amb_cosim.commands.cli import main
 from amb_cosim.cosim.errors import ProcessFailed
 from fmi_export.building.experiment import experiment_files
-from fmi_export.model import Instance, with_starts
+from fmi_export.model import with_starts
 from tests.support.changed_archive import changed_archive, with_text
 from tests.support.messages import assert_names, raises_naming
 
@@ -60,19 +60,6 @@ def test_manifest_and_experiment_follow_the_standard(native, moving):
     (item,) = experiments
     assert item[0].attrib == {"startTime": "0", "stopTime": "0.0025", "stepSize": "0.00025"}
     assert [e.get("source") for e in item[1:]] == ["references.csv"]
-
-
-def test_references_equal_the_core(native, moving):
-    core, rows = Instance(moving, np.zeros(1)), references(native(moving))
-    core.initialise()
-    assert len(rows) == 11
-    for n, row in enumerate(rows):
-        if n:
-            core.step((n - 1) * 250e-6, n * 250e-6 - (n - 1) * 250e-6)
-        assert {name: float(row[name]) for name in row} == {
-            "time": n * 250e-6,
-            **{v.name: core[v.name] for v in moving.interface.of("output")},
-        }
 
 
 def test_a_model_without_valid_start_values_carries_no_experiment(lag, native):

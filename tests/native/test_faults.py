@@ -40,8 +40,7 @@ def test_a_fault_in_a_step_equals_that_of_the_core(library, lag, case):
     core = core_of(lag, u=1.0)
     core.initialise()
     core.step(0.0, H)
-    with library.instantiate() as fmu:
-        fmu.begin(u=1.0)
+    with library.instantiate().begin(u=1.0) as fmu:
         assert fmu.step(0) == OK
         for name, value in values.items():
             core[name] = value
@@ -105,16 +104,14 @@ def test_a_warning_is_logged_once_until_the_instance_is_reset(library, lag):
 
 
 def test_a_warning_true_from_the_start_is_logged_at_initialisation(library):
-    with library.instantiate() as fmu:
-        fmu.begin(u=4.0)
+    with library.instantiate().begin(u=4.0) as fmu:
         assert [(status, text.split(" u =")[0]) for status, _, text in fmu.log] == [(WARNING, "initialisation: high:")]
         fmu.step(0)
         assert len(fmu.log) == 1
 
 
 def test_a_step_that_fails_gives_no_warning(library):
-    with library.instantiate() as fmu:
-        fmu.begin()
+    with library.instantiate().begin() as fmu:
         fmu.set(u=6.5)
         assert fmu.step(0) == ERROR
         assert [status for status, _, _ in fmu.log] == [ERROR]

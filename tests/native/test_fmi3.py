@@ -29,8 +29,7 @@ def library(unpacked, matrix):
 def test_whole_arrays_are_set_and_read_together_with_scalars(library, matrix):
     u, gains = [1.5, -2.0, 4.0], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
     core = initialised(matrix, np.zeros(1), {f"u{j}": value for j, value in enumerate(u)})
-    with library.instantiate() as fmu:
-        fmu.begin(u=u, n=[3, -4], on=[True, False])
+    with library.instantiate().begin(u=u, n=[3, -4], on=[True, False]) as fmu:
         assert fmu.get("f") == [core["f0"], core["f1"]] == [-2.0 + 8.0, 15.0 - 22.0 + 48.0]
         assert fmu.get("twice", "off") == [6, -8, False, True]
         assert fmu.set(gains=[*gains[0], *gains[1]]) == OK
@@ -64,8 +63,7 @@ def test_whole_arrays_are_set_and_read_together_with_scalars(library, matrix):
 )
 def test_a_wrong_argument_is_refused_with_the_reason(library, call, facts):
     assert [library.variables[name][0] for name in ("limit", "u", "n", "elapsed", "time")] == [0, 7, 10, 14, 30]
-    with library.instantiate() as fmu:
-        fmu.begin()
+    with library.instantiate().begin() as fmu:
         assert call(fmu) == ERROR
         assert [(status, category) for status, category, _ in fmu.log] == [(3, "logStatusError")]
         assert_names(fmu.log[0][2], *facts)
@@ -73,8 +71,7 @@ def test_a_wrong_argument_is_refused_with_the_reason(library, call, facts):
 
 
 def test_a_fault_is_an_error_and_requests_no_termination(library):
-    with library.instantiate() as fmu:
-        fmu.begin(u=[1.0, 2.0, 3.0])
+    with library.instantiate().begin(u=[1.0, 2.0, 3.0]) as fmu:
         assert fmu.do_step(0.0, 1e-3) == (OK, [False] * 3, 1e-3)
         before = fmu.get("f", "elapsed", "time")
         fmu.set(u=[6.0, 0.0, 0.0])
@@ -82,17 +79,6 @@ def test_a_fault_is_an_error_and_requests_no_termination(library):
         sentence = "at t = 0.001 s: u0 = 6 m is above 5 m, 100 % ##1"
         assert fmu.log == [(ERROR, "logStatusError", sentence)], "a number sign is doubled, a percent sign is not"
         assert fmu.get("f", "elapsed", "time", "fault_code") == [*before, 1]
-
-
-@pytest.mark.parametrize(
-    ("wrong", "facts"), [({"events": True}, ("event mode",)), ({"intermediate": [0]}, ("within a step",))]
-)
-def test_failed_instantiation_returns_null_and_logs_the_reason(library, wrong, facts):
-    fmu = library.instantiate(**wrong, logging=False)
-    assert fmu.pointer is None
-    assert [(status, category) for status, category, _ in fmu.log] == [(3, "logStatusError")]
-    assert_names(fmu.log[0][2], *facts)
-    assert library.instantiate(**wrong, callbacks=False).pointer is None
 
 
 def test_a_resource_path_is_no_uri(library, tmp_path):
@@ -114,8 +100,7 @@ ABSENT = (
 
 
 def test_unsupported_functions_are_refused_with_the_reason(library):
-    with library.instantiate() as fmu:
-        fmu.begin()
+    with library.instantiate().begin() as fmu:
         zeros = [c_void_p()] * 8
         assert [fmu.call(function, *zeros) for function in ABSENT] == [ERROR] * len(ABSENT)
         assert [text.partition(": ")[0] for _, _, text in fmu.log] == [f"fmi3{function}" for function in ABSENT]

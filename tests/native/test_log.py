@@ -54,8 +54,7 @@ def test_a_wrong_log_category_is_refused_and_nothing_else_changes(library, categ
     ],
 )
 def test_warnings_are_logged_by_category_and_errors_always(library, switched, is_logged):
-    with library.instantiate() as fmu:
-        fmu.begin()
+    with library.instantiate().begin() as fmu:
         assert [fmu.debug(on, *names) for on, names in switched] == [OK] * len(switched)
         fmu.set(u=4.0)
         fmu.step(0)
@@ -71,8 +70,7 @@ def test_every_declared_category_can_be_chosen(library):
 
 
 def test_without_logging_only_a_fault_is_in_the_log(library2):
-    with library2.instantiate(logging=0) as fmu:
-        fmu.begin()
+    with library2.instantiate(logging=0).begin() as fmu:
         fmu.set(u=4.0)
         assert (fmu.step(0), fmu.log) == (OK, [])
         fmu.set(u=5.0)

@@ -78,8 +78,7 @@ def test_a_kernel_that_cannot_be_found_by_name_is_refused():
 def test_an_exception_in_a_kernel_becomes_a_fault_of_the_fmu(unpacked, u, outcome):
     from raw import ERROR, OK, Library
 
-    with Library(unpacked(model_of("raise_plainly"))).instantiate() as fmu:
-        fmu.begin(u=u)
+    with Library(unpacked(model_of("raise_plainly"))).instantiate().begin(u=u) as fmu:
         status = fmu.step(0)
         if outcome == 998:
             assert (status, fmu.get("fault_code")) == (ERROR, [998])

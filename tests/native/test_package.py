@@ -1,6 +1,5 @@
 """The archive of a native FMU: description, binaries, bytes."""
 
-import dataclasses
 import importlib.metadata
 import shutil
 import subprocess
@@ -14,9 +13,7 @@ import pytest
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.identity import guid_of
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
-from fmi_export.building.native.data import model_data
 from fmi_export.building.native.package import native_guid
-from tests.support.messages import raises_naming
 
 OWN = {"guid", "generationTool"}
 
@@ -82,12 +79,6 @@ def test_python_fmu_is_independent_of_the_native_flavour(build_fmu, lag, tmp_pat
     assert bootstrap.digest(package) == before
     (package / "another.py").touch()
     assert bootstrap.digest(package) != before
-
-
-def test_a_message_with_an_unknown_variable_is_refused(lag):
-    wrong = dataclasses.replace(lag, faults={7: "{v} is wrong"})
-    with raises_naming(ValueError, "probe_lag", "'v'"):
-        model_data(wrong, np.zeros(1), "{}", "")
 
 
 @pytest.mark.slow

@@ -59,8 +59,7 @@ def test_the_data_may_be_given_in_memory_instead_of_a_file(library_of):
     library = library_of("native")
     text = base64.b64encode((library.path.parents[2] / "resources" / "model.bin").read_bytes()).decode()
     for location in (f"data:;base64,{text}", f"data:application/octet-stream;base64,{text.rstrip('=')}"):
-        with library.instantiate(resources=location) as fmu:
-            fmu.begin(u=1.0)
+        with library.instantiate(resources=location).begin(u=1.0) as fmu:
             assert fmu.step(0) == OK
 
 

@@ -33,8 +33,7 @@ def test_a_saved_state_continues_the_run_in_any_instance(library):
 
 
 def test_saving_reuses_the_memory_of_an_earlier_state(library):
-    with library.instantiate() as fmu:
-        fmu.begin(u=1.0)
+    with library.instantiate().begin(u=1.0) as fmu:
         saved = fmu.save()
         address = saved.value
         fmu.step(0)
@@ -70,8 +69,7 @@ def test_a_fault_is_part_of_the_state(library):
     ids=["nothing", "rubbish", "another guid", "short", "long", "one bit"],
 )
 def test_bytes_that_are_no_state_of_this_fmu_are_refused(library, spoil, facts):
-    with library.instantiate() as fmu:
-        fmu.begin()
+    with library.instantiate().begin() as fmu:
         status, state = fmu.deserialise(spoil(fmu.serialise(fmu.save())))
         assert (status, state.value) == (ERROR, None)
         assert_names(fmu.log[0][2], *facts)
@@ -79,8 +77,7 @@ def test_bytes_that_are_no_state_of_this_fmu_are_refused(library, spoil, facts):
 
 def test_an_integer_beyond_its_type_in_a_state_is_refused(library):
     """A count that a run of days might reach, were it not for 32 bits."""
-    with library.instantiate() as fmu:
-        fmu.begin()
+    with library.instantiate().begin() as fmu:
         assert [fmu.step(n) for n in range(7)] == [OK] * 7
         for count in (2.0**31, -(2.0**31) - 1.0):
             text = fmu.serialise(fmu.save())[:-4].replace(struct.pack("<d", 7.0), struct.pack("<d", count))
@@ -134,8 +131,7 @@ def test_a_state_is_allocated_if_the_host_left_its_pointer_unset(library):
 
 
 def test_any_number_of_states_coexists(library):
-    with library.instantiate() as fmu:
-        fmu.begin(u=1.0)
+    with library.instantiate().begin(u=1.0) as fmu:
         saved, outputs = [], []
         for n in range(40):
             fmu.step(n)
