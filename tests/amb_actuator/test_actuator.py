@@ -1,7 +1,6 @@
 """The actuator as a model: signs, limits, independence of its axes, declared dependencies, errors."""
 
 import json
-import math
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ from rig import ACTUATOR, ACTUATOR_CONSTANTS, AXES
 
 from amb_actuator.interface import DYNAMIC, LAWS, MEASURED, NONLINEAR
 from fmi_export.model import Fault, Instance
-from tests.support.messages import assert_names
+from tests.support.messages import raises_naming
 
 INTERFACE = ACTUATOR.interface
 
@@ -143,9 +142,8 @@ def test_rotor_beyond_the_air_gap_is_a_fault_with_value_and_limit(bearing, b, a,
     for beyond in (1.2e-3, 1.3e-3):
         actuator.initialise()
         actuator[name] = sign * beyond
-        with pytest.raises(Fault) as caught:
+        with raises_naming(Fault, f"{name} = {sign * beyond:g} m", f"|{name}| < 0.0012 m"):
             actuator.step(0.0, H)
-        assert_names(caught, f"{name} = {sign * beyond:g} m", f"|{name}| < 0.0012 m")
         assert np.all(np.isfinite(actuator.outputs))
         actuator[name] = 0.0
 
@@ -193,23 +191,14 @@ def test_every_axis_has_its_own_fault_codes():
                 "0.365 Ohm",
             ),
         ),
-        ("mb1.turns_x", -158.0, ("mb1.turns_x", "-158", ">= 1", "<= 1e+06")),
-        ("mb1.turns_x", math.nan, ("mb1.turns_x", "nan", ">= 1", "<= 1e+06")),
-        ("mb2.gap_x", 0.0, ("mb2.gap_x", "0 m", ">= 1e-06", "<= 1 m")),
-        ("mb2.b_sat_x", 0.0, ("mb2.b_sat_x", "0 T", ">= 0.001", "<= 1000 T")),
-        ("mb1.i_x", math.nan, ("mb1.i_x", "nan A", "finite")),
-        ("mb1.y", math.inf, ("mb1.y", "inf m", "finite")),
-        ("mb1.coil_loss_upper_x", 1.5, ("mb1.coil_loss_upper_x", "1.5", ">= 0", "<= 1")),
-        ("mb2.inductance_y", -1.0, ("mb2.inductance_y", "-1 H", ">= 1e-09", "<= 1000 H")),
     ],
 )
-def test_an_invalid_value_is_refused_with_value_and_limit(name, value, facts):
+def test_constants_that_contradict_each_other_are_refused(name, value, facts):
     made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
     made["amplifier"] = DYNAMIC
     made[name] = value
-    with pytest.raises(Fault) as caught:
+    with raises_naming(Fault, *facts) as caught:
         made.initialise()
-    assert_names(caught, *facts)
     assert np.all(np.isfinite(made.outputs))
     assert made["fault_code"] == caught.value.code
 

@@ -52,27 +52,6 @@ def test_step_longer_than_a_sample_is_refused(bench, step, shown):
     assert b["fault_code"] == 1
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "facts"),
-    [
-        ("s3", math.nan, ("s3", "nan m", ">= -0.1", "<= 0.1 m")),
-        ("s3", 250.0, ("s3", "250 m", "<= 0.1 m")),
-        ("theta", math.inf, ("theta", "inf rad", ">= -1e+09", "<= 1e+09 rad")),
-        ("Omega", -2e4, ("Omega", "-20000 rad/s", ">= -10000", "<= 10000 rad/s")),
-        ("Omega", math.nan, ("Omega", "nan rad/s")),
-        ("mb2.k_i_y", 0.0, ("mb2.k_i_y", "0 N/A", ">= 1 N/A")),
-        ("rolac.alpha", -7.0, ("rolac.alpha", "-7 1/s")),
-        ("shown_harmonic", 5.0, ("shown_harmonic", "5", "<= 4")),
-        ("s8.fault_noise", -1e-6, ("s8.fault_noise", "-1e-06 m")),
-    ],
-)
-def test_value_out_of_range_is_refused_by_name_and_range(bench, name, value, facts):
-    b = bench()
-    b[name] = value
-    with raises_naming(Fault, *facts):
-        b.instance.step(0.0, b.h)
-
-
 def test_rolac_without_a_table_is_refused(bench):
     b = bench()
     b["rolac_enable"] = 1.0
