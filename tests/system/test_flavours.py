@@ -1,30 +1,14 @@
 """Native FMUs give the results of those that PythonFMU runs."""
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-pytestmark = pytest.mark.slow
+import amb_cosim
+
+pytestmark = [pytest.mark.slow, pytest.mark.gate]
 
 pytest.importorskip("ziglang", reason="a native FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
-
-
-def both_flavours(name: str, until: float | None, settings: dict[str, Any]) -> dict[str, Any]:
-    """Return which variables of a run differ in any bit, how many there are, and facts of the contact."""
-    import amb_cosim
-
-    native, python = (
-        amb_cosim.run(name, set=settings, flavour=f, until=until, progress=False) for f in ("native", "python")
-    )
-    assert native.outcome == python.outcome
-    assert native.outcome.failure is None
-    names = list(native.signals.variables)
-    assert names == list(python.signals.variables)
-    different = [n for n in names if native.signals[n].values.tobytes() != python.signals[n].values.tobytes()]
-    forces = {n.split(".")[1]: float(native.signals[n].values.max()) for n in names if n.endswith(".f_n")}
-    return {"different": different, "forces": forces, "variables": len(names)}
-
 
 RIG = dict.fromkeys(("fig4_9", "fig4_18", "fig5_6"))
 SHORT = {  # s
@@ -44,13 +28,19 @@ CASES += [
 ]
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize(("name", "until", "settings", "touched"), CASES)
 def test_both_flavours_give_the_same_bits(
-    name: str, until: float | None, settings: dict[str, Any], touched: str | None, run_python: Callable[..., Any]
+    name: str, until: float | None, settings: dict[str, Any], touched: str | None
 ) -> None:
-    result = run_python(both_flavours, name=name, until=until, settings=settings, timeout=600)
-    assert result["different"] == []
-    assert result["variables"] > (80 if name in RIG else 20)
-    assert max(result["forces"].values()) > 100.0
-    assert touched is None or result["forces"][touched] > 100.0
+    native, python = (
+        amb_cosim.run(name, set=settings, flavour=f, until=until, progress=False) for f in ("native", "python")
+    )
+    assert native.outcome == python.outcome
+    assert native.outcome.failure is None
+    names = list(native.signals.variables)
+    assert names == list(python.signals.variables)
+    assert [n for n in names if native.signals[n].values.tobytes() != python.signals[n].values.tobytes()] == []
+    assert len(names) > (80 if name in RIG else 20)
+    forces = {n.split(".")[1]: native.signals[n].values.max() for n in names if n.endswith(".f_n")}
+    assert max(forces.values()) > 100.0
+    assert touched is None or forces[touched] > 100.0
