@@ -1,9 +1,12 @@
-"""The command line, and FMUs that are not this project's, built once by PythonFMU or from C."""
+"""The command line, also in a process, and FMUs that are not this project's, built once by PythonFMU or from C."""
 
-from collections.abc import Callable
+import subprocess
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from subprocess import PIPE
 
 import pytest
+from command_line import COMMAND
 
 from tests.orchestrator.conftest import refuses, runner
 
@@ -22,6 +25,22 @@ def foreign_fmus(create_once: Callable[..., Path]) -> Path:
             FmuBuilder.build_FMU(script, dest=folder)
 
     return create_once("foreign-fmus", fill)
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """`start(*arguments)`: a process of the command line in an empty folder, which is ended with the test."""
+    processes = []
+
+    def begin(*arguments: object) -> subprocess.Popen[str]:
+        command = [*COMMAND, *map(str, arguments)]
+        processes.append(subprocess.Popen(command, cwd=tmp_path, stdout=PIPE, stderr=PIPE, text=True))
+        return processes[-1]
+
+    yield begin
+    for process in processes:
+        process.kill()
+        process.communicate()
 
 
 KINDS3 = ("Float64", "Float32", *(f"{u}Int{n}" for n in (8, 16, 32, 64) for u in ("", "U")), "Boolean")

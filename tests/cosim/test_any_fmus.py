@@ -25,7 +25,8 @@ def system_file(foreign_fmus: Path, tmp_path: Path) -> Path:
 def run(path: Path, experiment: str = "", **settings: object) -> tuple[Outcome, xr.Dataset]:
     """Return outcome and data of a run by the compiled loop, after comparison with the plain one."""
     path.write_text(path.read_text(encoding="utf-8") + experiment, encoding="utf-8")
-    compiled, plain = (amb_cosim.simulate(path, set=settings, loop=loop) for loop in ("compiled", "plain"))
+    runs = [amb_cosim.simulate(path, set=settings, loop=loop, isolated=False) for loop in ("compiled", "plain")]
+    compiled, plain = runs
     xr.testing.assert_equal(compiled.dataset, plain.dataset)
     assert compiled.outcome == plain.outcome
     return compiled.outcome, compiled.dataset

@@ -59,21 +59,24 @@ def unchanged(data: bytearray) -> None:
     (encrypted, {}, ("modelDescription.xml", "encrypted")),
     (packed_in_an_unknown_way, {}, ("compression",)),
     (cut, {}, ("zip archive",)),
-    (unchanged, {"resources/zeros": 300 * 2**20}, ("MB", "<= 256 MB")),
+    (unchanged, {"resources/zeros": 300}, ("{size} MB", "<= 256 MB")),
     (unchanged, {"../elsewhere": 0}, ("../elsewhere",)),
 ])  # fmt: skip
 def test_a_damaged_archive_is_refused(valid_fmu, tmp_path, damage, added, facts):
-    """`added` are entries of so many zeros."""
+    """`added` are entries of so many MB of zeros."""
     path = tmp_path / "mass.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name, content in sorted(entries(valid_fmu).items(), key=lambda entry: entry[0] != DESCRIPTION):
             archive.writestr(name, content)
-        for name, size in added.items():
-            archive.writestr(name, bytes(size))
+        for name, length in added.items():
+            with archive.open(name, "w") as zeros:
+                for _ in range(length):
+                    zeros.write(bytes(2**20))
+        size = round(sum(entry.file_size for entry in archive.infolist()) / 2**20)
     data = bytearray(path.read_bytes())
     damage(data)
     path.write_bytes(data)
-    with raises_naming(ValueError, str(path), *facts):
+    with raises_naming(ValueError, str(path), *(fact.format(size=size) for fact in facts)):
         assembled(path)
 
 

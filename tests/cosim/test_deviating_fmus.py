@@ -52,7 +52,7 @@ def test_an_identifier_that_is_no_name_in_c_is_a_notice(fmu_from_c, tmp_path, id
         for name in old.namelist():
             content = old.read(name).replace(b'Identifier="gain"', f'Identifier="{identifier}"'.encode())
             new.writestr(name.replace("gain.so", f"{identifier}.so"), content)
-    data = amb_cosim.simulate(write_system(tmp_path, {"one": "one.fmu"})).dataset
+    data = amb_cosim.simulate(write_system(tmp_path, {"one": "one.fmu"}), isolated=False).dataset
     assert data["one.y"].values[-1] == 1.0
     (notice,) = json.loads(data.attrs["notices"])
     assert_names(notice, "one", "modelIdentifier", identifier, "name in C")

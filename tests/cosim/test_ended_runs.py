@@ -79,7 +79,7 @@ def simulated(fmu_from_c, tmp_path):
         fmu = fmu_from_c(SOURCE, described, version)
         path = write_system(tmp_path, dict.fromkeys(ends, fmu), end="0.4 s", step=f"{h} s", coupling=order)
         settings = {f"{name}.end": end for name, end in ends.items()} | {f"{name}.kind": kind for name in ends}
-        return amb_cosim.simulate(path, set=settings, **options)
+        return amb_cosim.simulate(path, set=settings, **({"isolated": False} | options))
 
     return simulate
 
@@ -127,7 +127,7 @@ def test_an_end_within_a_step_of_several_leaves_that_step_out(simulated, order):
 
 
 def test_an_isolated_fmu_ends_the_run_as_well(simulated):
-    result = simulated({"one": 9.0, "two": 0.3}, flags='canBeInstantiatedOnlyOncePerProcess="true"')
+    result = simulated({"one": 9.0, "two": 0.3}, flags='canBeInstantiatedOnlyOncePerProcess="true"', isolated=True)
     assert (result.outcome.status, result.outcome.component) == ("stopped", "two")
     for name in ("one", "two"):
         assert times_and_values(result, name) == (pytest.approx([0.0, 0.1, 0.2, 0.3]),) * 2

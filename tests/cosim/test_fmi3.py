@@ -29,7 +29,8 @@ def run(arrays3_fmu, tmp_path):
 
     def simulate(event, connections=ALL, **options):
         path = write_system(tmp_path, dict.fromkeys(("one", "two"), arrays3_fmu), event=event, more=connections)
-        compiled, plain = (amb_cosim.simulate(path, loop=loop, **options) for loop in ("compiled", "plain"))
+        runs = [amb_cosim.simulate(path, loop=loop, isolated=False, **options) for loop in ("compiled", "plain")]
+        compiled, plain = runs
         xr.testing.assert_equal(compiled.dataset, plain.dataset)
         assert compiled.outcome == plain.outcome
         assert warnings_of(compiled.dataset) == warnings_of(plain.dataset)
@@ -119,7 +120,7 @@ def test_iterative_coupling_restores_states_of_fmi_3(run, tmp_path):
     explicit = run('"one.Float64.in[1]" = 3').dataset
     again, text = tmp_path / "again.toml", (tmp_path / "system.toml").read_text(encoding="utf-8")
     again.write_text(f'coupling = "iterative"\n{text}', encoding="utf-8")
-    iterative = amb_cosim.simulate(again).dataset
+    iterative = amb_cosim.simulate(again, isolated=False).dataset
     assert iterative["two.Float64.out[1]"].values[-1] == explicit["two.Float64.out[1]"].values[-1] == 3
 
 

@@ -9,7 +9,6 @@ from contextlib import suppress
 
 import click
 import pytest
-from command_line import COMMAND
 from slow import slow_but_first
 from waiting import LONGEST, children, is_running, of_process, wait_for_work, wait_until
 
@@ -20,24 +19,6 @@ from amb_cosim.cosim.run.dataset import load
 from tests.support.messages import assert_names
 
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
-
-
-@pytest.fixture
-def start(tmp_path):
-    """`start(*arguments)`: a process of the command line in an empty folder, which is ended with the test."""
-    processes = []
-
-    def begin(*arguments):
-        process = subprocess.Popen(
-            [*COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        processes.append(process)
-        return process
-
-    yield begin
-    for process in processes:
-        process.kill()
-        process.communicate()
 
 
 @pytest.fixture

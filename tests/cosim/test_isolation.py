@@ -3,11 +3,9 @@
 import os
 import pickle
 import signal
-import subprocess
 
 import numpy as np
 import pytest
-from command_line import COMMAND
 from fmu_systems import write_system
 from waiting import LONGEST, children, is_running, of_process, wait_for_work, wait_until
 
@@ -109,10 +107,8 @@ def hosts(process):
     (signal.SIGINT, 130, False), (signal.SIGTERM, 143, False),
     (signal.SIGKILL, -signal.SIGKILL, False), (signal.SIGKILL, -signal.SIGKILL, True),
 ])  # fmt: skip
-def test_a_signal_ends_the_process_of_the_fmus_too(system, tmp_path, number, code, is_stopped):
-    process = subprocess.Popen(
-        [*COMMAND, "simulate", system(end="1e5 s"), "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
-    )
+def test_a_signal_ends_the_process_of_the_fmus_too(start, system, tmp_path, number, code, is_stopped):
+    process = start("simulate", system(end="1e5 s"), "-o", "out")
     wait_until(lambda: hosts(process))
     (child,) = hosts(process)
     wait_for_work(child, 0.3)

@@ -1,12 +1,10 @@
 """FMUs that return undefined statuses, leave processes behind, or crash when they are terminated."""
 
-import os
 import signal
-import subprocess
 
 import numpy as np
 import pytest
-from command_line import COMMAND, run_command
+from command_line import run_command
 from fmu_systems import system_text, write_system
 from slow import slow_but_first
 from waiting import LONGEST, wait_until
@@ -133,15 +131,14 @@ def test_a_crash_at_termination_keeps_the_record(run, function):
     assert_names(warned.sentence, "process of one", "SIGSEGV", "terminated", "record is complete")
 
 
-def test_ctrl_c_reports_the_step_it_waits_for_and_ends_all_processes(system, hostile, tmp_path):
+def test_ctrl_c_reports_the_step_it_waits_for_and_ends_all_processes(start, system, hostile):
     hostile.will("hang", 5, "DoStep")
-    command = [*COMMAND, "simulate", "system.toml", "-o", "out"]
-    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
-        wait_until(hostile.hangs)
-        os.kill(process.pid, signal.SIGINT)
-        line = next(line for line in process.stderr if "waiting" in line)
-        assert_names(line, "one to complete its step", "Ctrl-C")
-        os.kill(process.pid, signal.SIGINT)
-        process.communicate(timeout=LONGEST)
+    process = start("simulate", system, "-o", "out")
+    wait_until(hostile.hangs)
+    process.send_signal(signal.SIGINT)
+    line = next(line for line in process.stderr if "waiting" in line)
+    assert_names(line, "one to complete its step", "Ctrl-C")
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=LONGEST)
     assert process.returncode == 130
     assert not hostile.processes()

@@ -70,14 +70,14 @@ def run(arrays3_fmu, tmp_path):
         with zipfile.ZipFile(tmp_path / "two.ssp", "w") as content:
             content.writestr("SystemStructure.ssd", structure(**parts))
             content.write(arrays3_fmu, "resources/Arrays3.fmu")
-        return amb_cosim.simulate(tmp_path / "two.ssp", step_size=1e-3)
+        return amb_cosim.simulate(tmp_path / "two.ssp", step_size=1e-3, isolated=False)
 
     return simulate
 
 
 def test_arrays_in_an_archive_and_in_a_system_file_are_equal(run, arrays3_fmu, tmp_path):
     path = write_system(tmp_path, dict.fromkeys(("one", "two"), arrays3_fmu), more=AS_SYSTEM)
-    ours, theirs = amb_cosim.simulate(path, set=AS_SETTINGS).dataset, run().dataset
+    ours, theirs = amb_cosim.simulate(path, set=AS_SETTINGS, isolated=False).dataset, run().dataset
     names = [name for name in theirs if name.startswith(("one.", "two."))]
     xr.testing.assert_equal(ours[names], theirs[names])
     assert theirs["two.UInt64.out[1]"].values[-1] == 9

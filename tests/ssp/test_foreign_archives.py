@@ -61,6 +61,10 @@ def archive(foreign_fmus, tmp_path):
 STEP = 1e-3
 
 
+def simulated(path, *experiment):
+    return amb_cosim.simulate(path, *experiment, step_size=STEP, isolated=False).dataset
+
+
 def test_connections_parameters_and_signals_match_the_document(archive):
     bound = bind({"ing.k": 300.0, "ing.unknown": 1.0}, attributes='prefix="spr"')
     two, experiment = load_ssp(archive(structure(bindings=bound)), STEP)
@@ -78,14 +82,14 @@ def test_connections_parameters_and_signals_match_the_document(archive):
 
 def test_a_value_of_an_unknown_variable_is_a_notice(archive):
     bound = bind({"spring.k": 400.0, "spring.kk": 1.0, "sprng.k": 1.0})
-    result = amb_cosim.simulate(archive(structure(bindings=bound)), step_size=1e-3).dataset
+    result = simulated(archive(structure(bindings=bound)))
     unknown, unused = json.loads(result.attrs["notices"])
     assert_names(unknown, "sprng.k")
     assert_names(unused, "spring", "Spring.fmu", "kk")
 
 
 def test_a_foreign_archive_runs(archive):
-    result = amb_cosim.simulate(archive(structure(bindings=bind({"spring.k": 400.0}))), step_size=1e-3).dataset
+    result = simulated(archive(structure(bindings=bind({"spring.k": 400.0}))))
     left, right, time = (result[name].values for name in ("left.x", "right.x", "time"))
     growth = np.exp(0.25 * OMEGA**2 * STEP * 0.5)  # of the held force
     np.testing.assert_allclose(left, 0.005 + 0.005 * np.cos(OMEGA * time), atol=0.005 * (growth - 1.0) * 1.2)
@@ -97,7 +101,7 @@ def test_a_changed_experiment_keeps_the_initial_values_of_the_archive(archive):
     path = archive(structure(), {"left.ssv": value_set({"start": 0.01, "push": 2.0, "force": 9.0})})
     assert load_ssp(path, STEP)[1].inputs == {"left.push": 2.0}
     for inputs, push in (({}, 2.0), ({"left.push": 3.0}, 3.0)):
-        result = amb_cosim.simulate(path, Experiment(STEP, 2 * STEP, inputs=inputs), step_size=STEP).dataset
+        result = simulated(path, Experiment(STEP, 2 * STEP, inputs=inputs))
         assert json.loads(result.attrs["initial_inputs"])["push"] == push
 
 
@@ -198,7 +202,7 @@ def test_an_unknown_stepping_order_is_refused(archive):
 @pytest.mark.parametrize("start", [20.0, 0.0004, -0.1])
 def test_a_run_of_an_archive_begins_and_is_recorded_at_its_start_time(archive, start):
     text = structure(experiment=f'<ssd:DefaultExperiment startTime="{start!r}" stopTime="{start + 0.005!r}"/>')
-    time = amb_cosim.simulate(archive(text), step_size=STEP).dataset["time"].values
+    time = simulated(archive(text))["time"].values
     assert time[[0, -1]] == pytest.approx([start, start + 0.005], abs=1e-12)
 
 

@@ -186,7 +186,7 @@ def test_the_order_of_groups_has_no_meaning(last):
 
 def test_a_component_that_requests_model_exchange_runs_with_a_notice(gain_archive):
     element = gain("a").replace("<ssd:Component", '<ssd:Component implementation="ModelExchange"')
-    result = amb_cosim.simulate(gain_archive(system("root", "", element))).dataset
+    result = amb_cosim.simulate(gain_archive(system("root", "", element)), isolated=False).dataset
     (notice,) = json.loads(result.attrs["notices"])
     assert_names(notice, "a", "model exchange", "co-simulation")
 
@@ -195,7 +195,8 @@ def test_a_component_that_requests_model_exchange_runs_with_a_notice(gain_archiv
 def test_the_unit_of_an_fmu_takes_precedence_with_a_notice(gain_archive, unit):
     ends = connector("u", "input") + connector("y", "output", unit)
     root = system("root", "", component("a", "resources/Metres.fmu", ends) + gain("b", "Metres"), connect("a.y", "b.u"))
-    result = amb_cosim.simulate(gain_archive(root, units=("mm",)), set={"a.u": 2.0, "a.k": 1.0, "b.k": 1.0}).dataset
+    settings = {"a.u": 2.0, "a.k": 1.0, "b.k": 1.0}
+    result = amb_cosim.simulate(gain_archive(root, units=("mm",)), set=settings, isolated=False).dataset
     (notice,) = json.loads(result.attrs["notices"])
     assert_names(notice, "a.y", unit, "in the FMU m")
     assert result["b.y"].values[-1] == result["a.y"].values[-1]
