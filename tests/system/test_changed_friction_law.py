@@ -12,9 +12,9 @@ PLANT = ROOT / "fmus" / "rotor_contact"
 LAW = {  # file of the plant: text of it, and what replaces that
     "variables/site_variables.py": (
         (
-            '        parameter(f"{site}.mu", "1"',
-            '        parameter(f"{site}.viscous_friction", "s/m", "Growth over the slip", 0.0, maximum=10.0),\n'
-            '        parameter(f"{site}.mu", "1"',
+            '        declare("mu", "1"',
+            '        declare("viscous_friction", "s/m", "Growth over the slip {}", 0.0, maximum=10.0),\n'
+            '        declare("mu", "1"',
         ),
     ),
     "contact/friction.py": (

@@ -2,41 +2,34 @@
 
 from __future__ import annotations
 
-from fmi_export.variables import Variable, input_, output, parameter
+from fmi_export.variables import Variable, at_place, input_, output, parameter
+from rotor_contact.variables.start_values import ALWAYS_SAME
 
 
 def axis_inputs(bearing: str, axis: str) -> list[Variable]:
     """Return a bearing's inputs along an axis: force, its gradient, and displacement at which the force applies."""
-    at = f"at {bearing.upper()} in {axis}"
+    _, declare, _ = at_place(f"{bearing}.{{}}", f"at {bearing.upper()} in {axis}")
     return [
-        input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor {at}", field="force"),
-        input_(
-            f"{bearing}.k_{axis}{axis}",
+        declare(f"f_{axis}", "N", "Force on the rotor {}", field="force"),
+        declare(
+            f"k_{axis}{axis}",
             "N/m",
-            f"Gradient of the force {at} with respect to the displacement, positive if destabilising",
+            "Gradient of the force {} with respect to the displacement, positive if destabilising",
             field="gradient",
         ),
-        input_(
-            f"{bearing}.{axis}_ref",
-            "m",
-            f"Displacement at which the force {at} was evaluated",
-            field="reference",
-            display_unit="um",
+        declare(
+            f"{axis}_ref", "m", "Displacement at which the force {} was evaluated", field="reference", display_unit="um"
         ),
     ]
 
 
 def axial_parameters(thrust: str) -> list[Variable]:
     """Return the parameter of the motion along the shaft; `thrust` is the name of the disc."""
-    return [
-        parameter(
-            f"{thrust}.tilt",
-            "rad",
-            "Angle at which the shaft rises towards larger z, so that gravity acts along the shaft with its sine and "
-            "across the shaft with its cosine",
-            0.0,
-        )
-    ]
+    tilt = (
+        "Angle at which the shaft rises towards larger z, so that gravity acts along the shaft with its sine and "
+        "across the shaft with its cosine"
+    )
+    return [parameter(f"{thrust}.tilt", "rad", tilt, 0.0)]
 
 
 def axial_inputs(thrust: str) -> list[Variable]:
@@ -50,13 +43,8 @@ def axial_inputs(thrust: str) -> list[Variable]:
 
 def axial_outputs(thrust: str) -> list[Variable]:
     """Return displacement and velocity along the shaft; the rotor starts at rest in the middle."""
+    place = "Displacement of the rotor in z from the middle of its travel"
     return [
-        output(
-            f"{thrust}.z",
-            "m",
-            "Displacement of the rotor in z from the middle of its travel",
-            initially_depends_on=(),
-            display_unit="um",
-        ),
-        output(f"{thrust}.speed", "m/s", "Velocity of the rotor in z", initially_depends_on=()),
+        output(f"{thrust}.z", "m", place, **ALWAYS_SAME, display_unit="um"),
+        output(f"{thrust}.speed", "m/s", "Velocity of the rotor in z", **ALWAYS_SAME),
     ]

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fmi_export.jit import views
-from fmi_export.variables import Enumeration, Variable, parameter
+from fmi_export.variables import Enumeration, Variable
 
 RATE_SCALE = 0.01  # m/s, over which the phase of ulbrich changes its sign
 
@@ -202,37 +202,27 @@ def _formula_from(number: int) -> Law:
 compliant_response = _formula_from(1)
 
 
-def law_parameters(site: str) -> list[Variable]:
-    """Return the parameters of the compliant laws at a site."""
-    at = f"at {site.upper()}"
+def law_parameters(declare: Callable[..., Variable]) -> list[Variable]:
+    """Return the parameters of the compliant laws at a site, whose variables `declare` declares (`at_place`)."""
 
     def users(name: str) -> str:
         *others, last = (formula.__name__ for formula, _ in COMPLIANT if name in formula.__code__.co_names)
         return " and ".join([", ".join(others), last] if others else [last])
 
     return [
-        parameter(
-            f"{site}.k_c",
+        declare(
+            "k_c",
             "N/m",
-            f"Contact stiffness {at} of all laws except constraint, or the force per penetration at delta_c if the "
-            f"stiffness grows with the penetration",
+            "Contact stiffness {} of all laws except constraint, or the force per penetration at delta_c if the "
+            "stiffness grows with the penetration",
             1e8,
             minimum=1.0,
             maximum=1e12,
         ),
-        parameter(
-            f"{site}.c_c", "N.s/m", f"Contact damping {at}, used by {users('c_c')}", 0.0, minimum=0.0, maximum=1e9
+        declare("c_c", "N.s/m", f"Contact damping {{}}, used by {users('c_c')}", 0.0, minimum=0.0, maximum=1e9),
+        declare(
+            "delta_c", "m", f"Reference penetration {{}}, used by {users('delta_c')}", 1e-5, minimum=1e-9, maximum=1e-2
         ),
-        parameter(
-            f"{site}.delta_c",
-            "m",
-            f"Reference penetration {at}, used by {users('delta_c')}",
-            1e-5,
-            minimum=1e-9,
-            maximum=1e-2,
-        ),
-        parameter(
-            f"{site}.alpha_c", "s/m", f"Damping factor {at}, used by {users('alpha_c')}", 0.0, minimum=0.0, maximum=1e3
-        ),
-        parameter(f"{site}.eta", "1", f"Loss factor {at}, used by {users('eta')}", 0.0, minimum=0.0, maximum=0.66),
+        declare("alpha_c", "s/m", f"Damping factor {{}}, used by {users('alpha_c')}", 0.0, minimum=0.0, maximum=1e3),
+        declare("eta", "1", f"Loss factor {{}}, used by {users('eta')}", 0.0, minimum=0.0, maximum=0.66),
     ]

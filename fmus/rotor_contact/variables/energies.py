@@ -13,11 +13,22 @@ from fmi_export.records import record
 from fmi_export.variables import Variable, output
 from rotor_contact.variables import start_values
 from rotor_contact.variables.planes import Planes
+from rotor_contact.variables.start_values import ALWAYS_SAME
 
 # Heat of all dampers, of friction, of impacts and compliant contacts, and work of all inputs (J).
 ENERGY_INTEGRALS = record(
     ("damping_heat", np.float64), ("friction_heat", np.float64), ("impact_heat", np.float64), ("work", np.float64)
 )
+SINCE_START = {  # energies that are zero at the start
+    "damping": "Heat so far from passive bearings, seals, the shaft and mounts, and from the drag on a free spin",
+    "friction": "Heat so far from sliding friction at sites and faces, and from the drag on races",
+    "impact": "Energy lost so far in impacts and their friction, in compliant contacts and in the dampers of faces, "
+    "which can decrease under the nodal impact law",
+    "dissipated": "Sum of energy.damping, energy.friction and energy.impact, which is heat except under the nodal "
+    "impact law",
+    "work": "Work done so far on the rotor by all inputs, gravity, the drive and the stiffness of the seals",
+    "balance": "Change of kinetic and strain energy since the start, plus energy.dissipated, minus energy.work",
+}
 
 
 def energies(planes: Planes) -> list[Variable]:
@@ -35,43 +46,7 @@ def energies(planes: Planes) -> list[Variable]:
             "Strain energy of the shaft, passive bearings, mounts, compliant contacts and faces, without seals",
             initially_depends_on=start_values.strain(planes),
         ),
-        output(
-            "energy.damping",
-            "J",
-            "Heat so far from passive bearings, seals, the shaft and mounts, and from the drag on a free spin",
-            initially_depends_on=(),
-        ),
-        output(
-            "energy.friction",
-            "J",
-            "Heat so far from sliding friction at sites and faces, and from the drag on races",
-            initially_depends_on=(),
-        ),
-        output(
-            "energy.impact",
-            "J",
-            "Energy lost so far in impacts and their friction, in compliant contacts and in the dampers of faces, "
-            "which can decrease under the nodal impact law",
-            initially_depends_on=(),
-        ),
-        output(
-            "energy.dissipated",
-            "J",
-            "Sum of energy.damping, energy.friction and energy.impact, which is heat except under the nodal impact law",
-            initially_depends_on=(),
-        ),
-        output(
-            "energy.work",
-            "J",
-            "Work done so far on the rotor by all inputs, gravity, the drive and the stiffness of the seals",
-            initially_depends_on=(),
-        ),
-        output(
-            "energy.balance",
-            "J",
-            "Change of kinetic and strain energy since the start, plus energy.dissipated, minus energy.work",
-            initially_depends_on=(),
-        ),
+        *(output(f"energy.{name}", "J", what, **ALWAYS_SAME) for name, what in SINCE_START.items()),
     ]
 
 

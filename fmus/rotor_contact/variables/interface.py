@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from fmi_export.interface import Interface, interface, repeated
-from fmi_export.variables import FAULT, Array, Variable, enumerated, input_, output, parameter
+from fmi_export.variables import FAULT, Array, Variable, at_place, enumerated, input_, output, parameter
 from rotor_contact.variables import start_values
 from rotor_contact.variables.axis_variables import axial_inputs, axial_outputs, axial_parameters, axis_inputs
 from rotor_contact.variables.energies import energies
@@ -13,53 +13,47 @@ from rotor_contact.variables.enumerations import IMPACT_LAW, METHOD, NEWTON
 from rotor_contact.variables.face_variables import face_outputs, face_parameters
 from rotor_contact.variables.planes import ContactSite, Face, MeasuredPlane, Planes
 from rotor_contact.variables.site_variables import site_outputs, site_parameters
+from rotor_contact.variables.start_values import ALWAYS_SAME
 
 
 def _bearing_parameters(bearing: str) -> list[Variable]:
-    at = f"at {bearing.upper()} in x and y, in addition to the input forces"
+    declare, *_ = at_place(f"{bearing}.{{}}", f"at {bearing.upper()} in x and y, in addition to the input forces")
     return [
-        parameter(f"{bearing}.k_b", "N/m", f"Stiffness of a passive bearing {at}", 0.0, tunable=True),
-        parameter(f"{bearing}.c_b", "N.s/m", f"Damping of a passive bearing {at}", 0.0, minimum=0.0, tunable=True),
+        declare("k_b", "N/m", "Stiffness of a passive bearing {}", 0.0, tunable=True),
+        declare("c_b", "N.s/m", "Damping of a passive bearing {}", 0.0, minimum=0.0, tunable=True),
     ]
 
 
 def _unbalance_inputs(name: str, what: str) -> list[Variable]:
+    _, declare, _ = at_place(f"{name}.{{}}", what)
     return [
-        input_(f"{name}.u", "kg.m", f"Unbalance of {what}", minimum=0.0),
-        input_(f"{name}.phi", "rad", f"Angle of the unbalance of {what} relative to the rotor angle theta"),
+        declare("u", "kg.m", "Unbalance of {}", minimum=0.0),
+        declare("phi", "rad", "Angle of the unbalance of {} relative to the rotor angle theta"),
     ]
 
 
 def _disc_inputs(disc: str) -> list[Variable]:
-    at = disc.upper()
-    return [
-        *_unbalance_inputs(disc, at),
-        input_(f"{disc}.f_x", "N", f"External force on {at} in x"),
-        input_(f"{disc}.f_y", "N", f"External force on {at} in y"),
-    ]
+    _, declare, _ = at_place(f"{disc}.{{}}", disc.upper())
+    forces = (declare(f"f_{axis}", "N", f"External force on {{}} in {axis}") for axis in "xy")
+    return [*_unbalance_inputs(disc, disc.upper()), *forces]
 
 
 def _seal_outputs(seal: str) -> list[Variable]:
+    beyond = "the speed is outside the range for which {} has coefficients"
     return [
         output(
             f"{seal}.beyond_table",
             "1",
-            f"Whether the speed is outside the range for which {seal.upper()} has coefficients, so that those at its "
-            f"limit are used",
+            f"Whether {beyond.format(seal.upper())}, so that those at its limit are used",
             type="Boolean",
             initially_depends_on=("Omega",),
-            warning=f"the speed is outside the range for which {seal} has coefficients; the coefficients at the limit "
-            f"are used",
+            warning=f"{beyond.format(seal)}; the coefficients at the limit are used",
         )
     ]
 
 
 def _displacement_output(name: str, what: str, initially_depends_on: tuple[str, ...]) -> list[Variable]:
     return [output(name, "m", what, initially_depends_on=initially_depends_on, field=".", display_unit="um")]
-
-
-def _sensor_array(names: list[str]) -> Array:
-    return Array("sensors", f"Displacements of the rotor at the sensors {', '.join(names)}")
 
 
 def interface_of(planes: Planes) -> Interface:
@@ -71,14 +65,12 @@ def interface_of(planes: Planes) -> Interface:
         for b, a in axes
     ]
     sensors = [
-        (
-            name,
-            f"Displacement of the rotor at plane {p.name} in {a}",
-            start_values.displacement(planes, p.name, a),
-        )
+        (name, f"Displacement of the rotor at plane {p.name} in {a}", start_values.displacement(planes, p.name, a))
         for p in planes.sensors
         for name, a in ((p.x, "x"), (p.y, "y"))
     ]
+    names = ", ".join(name for name, *_ in sensors)
+    sensor_array = Array("sensors", f"Displacements of the rotor at the sensors {names}")
     return interface(
         *_model_parameters(planes.max_substep),
         *_spin_parameters(planes.polar_inertia),
@@ -108,8 +100,10 @@ def interface_of(planes: Planes) -> Interface:
             "Whether the drive of a free spin holds the demanded speed, whatever torque this requires",
             type="Boolean",
         ),
-        input_("base.a_x", "m/s2", "Acceleration of the base in x", field="base_acceleration.x"),
-        input_("base.a_y", "m/s2", "Acceleration of the base in y", field="base_acceleration.y"),
+        *(
+            input_(f"base.a_{axis}", "m/s2", f"Acceleration of the base in {axis}", field=f"base_acceleration.{axis}")
+            for axis in "xy"
+        ),
         repeated("axes", axes, axis_inputs),
         repeated("discs", [(disc,) for disc in planes.discs], _disc_inputs),
         repeated("cores", [(bearing, f"the rotor at {bearing.upper()}") for bearing in bearings], _unbalance_inputs),
@@ -128,7 +122,7 @@ def interface_of(planes: Planes) -> Interface:
             "1",
             "Whether a substep of the last step was less accurate than solver.tolerance",
             type="Boolean",
-            initially_depends_on=(),
+            **ALWAYS_SAME,
             warning="a substep was less accurate than solver.tolerance = {solver.tolerance} m/s; "
             "use a solver.max_substep below {solver.max_substep} s",
         ),
@@ -137,7 +131,7 @@ def interface_of(planes: Planes) -> Interface:
             "1",
             "Whether energy.balance, relative to the largest energy so far, exceeds a tenth of solver.energy_limit",
             type="Boolean",
-            initially_depends_on=(),
+            **ALWAYS_SAME,
             warning="energy is not conserved: energy.balance exceeds a tenth of solver.energy_limit = "
             "{solver.energy_limit} times the largest energy so far; compare with solver.exact_motion = false, or with "
             "a solver.max_substep below {solver.max_substep} s",
@@ -146,7 +140,7 @@ def interface_of(planes: Planes) -> Interface:
             "solver.method",
             "1",
             "Method that computed the last step",
-            initially_depends_on=(),
+            **ALWAYS_SAME,
             over_step="largest",
             **enumerated(METHOD),
         ),
@@ -155,12 +149,12 @@ def interface_of(planes: Planes) -> Interface:
             "1",
             "Whether the drive would need more than drive.torque_limit to follow the demanded speed",
             type="Boolean",
-            initially_depends_on=(),
+            **ALWAYS_SAME,
             warning="the drive is at its limit, drive.torque_limit = {drive.torque_limit} N.m, and does not hold the "
             "speed",
         ),
         repeated("displacements", displacements, _displacement_output),
-        repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
+        repeated("sensors", sensors, _displacement_output, array=sensor_array),
         repeated("sites", [(site.name, planes) for site in sites], site_outputs),
         repeated("seals", [(seal,) for seal in planes.seals], _seal_outputs),
         repeated("thrust", thrust, axial_outputs),
@@ -231,12 +225,7 @@ def _model_parameters(max_substep: float) -> list[Variable]:
             "Acceleration of gravity, or 0 if displacements are measured from the levitated equilibrium",
             0.0,
         ),
-        parameter(
-            "gravity_angle",
-            "rad",
-            "Direction of gravity, as an angle from x towards y",
-            1.25 * math.pi,
-        ),
+        parameter("gravity_angle", "rad", "Direction of gravity, as an angle from x towards y", 1.25 * math.pi),
         parameter(
             "ambient_temperature",
             "K",

@@ -2,263 +2,200 @@
 
 from __future__ import annotations
 
-from fmi_export.variables import Variable, enumerated, output, parameter
+from fmi_export.variables import Variable, at_place, enumerated
 from rotor_contact.variables import start_values
 from rotor_contact.variables.contact_laws import CONSTRAINT, CONTACT_LAW, law_parameters
 from rotor_contact.variables.enumerations import CONTACT_MODE
 from rotor_contact.variables.planes import ContactSite, Planes
+from rotor_contact.variables.start_values import ALWAYS_SAME
+
+COEFFICIENT = {"minimum": 0.0, "maximum": 10.0}
+NOT_NEGATIVE = {"minimum": 0.0, "maximum": 1e12}
 
 
 def site_parameters(contact: ContactSite) -> list[Variable]:
-    """Return the parameters of a contact site."""
-    site = contact.name
-    at = f"at {site.upper()}"
+    """Return the parameters of a contact site: clearance, laws, and the retainer as a body."""
+    declare, *_ = at_place(f"{contact.name}.{{}}", f"at {contact.name.upper()}")
     return [
-        parameter(f"{site}.enabled", "1", f"Whether the rotor can make contact {at}", 1.0, type="Boolean"),
-        parameter(f"{site}.law", "1", f"Contact law {at}", CONSTRAINT, **enumerated(CONTACT_LAW)),
-        parameter(f"{site}.clearance", "m", f"Radial clearance {at}", contact.clearance, minimum=1e-6, maximum=0.1),
-        parameter(f"{site}.mu", "1", f"Coefficient of friction {at}", 0.0, minimum=0.0, maximum=10.0),
-        parameter(
-            f"{site}.mu_static",
-            "1",
-            f"Coefficient of static friction {at}, or mu if that is larger",
-            0.0,
-            minimum=0.0,
-            maximum=10.0,
-        ),
-        parameter(
-            f"{site}.stribeck_velocity",
+        declare("enabled", "1", "Whether the rotor can make contact {}", 1.0, type="Boolean"),
+        declare("law", "1", "Contact law {}", CONSTRAINT, **enumerated(CONTACT_LAW)),
+        declare("clearance", "m", "Radial clearance {}", contact.clearance, minimum=1e-6, maximum=0.1),
+        declare("mu", "1", "Coefficient of friction {}", 0.0, **COEFFICIENT),
+        declare("mu_static", "1", "Coefficient of static friction {}, or mu if that is larger", 0.0, **COEFFICIENT),
+        declare(
+            "stribeck_velocity",
             "m/s",
-            f"Slip velocity {at} over which sliding friction falls from mu_static to mu, or 0 for mu at any slip",
+            "Slip velocity {} over which sliding friction falls from mu_static to mu, or 0 for mu at any slip",
             0.0,
             minimum=0.0,
             maximum=1e3,
         ),
-        parameter(
-            f"{site}.restitution",
+        declare(
+            "restitution",
             "1",
-            f"Coefficient of restitution {at}, used by the newton impact law",
+            "Coefficient of restitution {}, used by the newton impact law",
             0.0,
             minimum=0.0,
             maximum=1.0,
         ),
-        parameter(
-            f"{site}.journal_radius",
-            "m",
-            f"Radius of the journal {at}",
-            contact.journal_radius,
-            minimum=0.0,
-            maximum=10.0,
+        declare("journal_radius", "m", "Radius of the journal {}", contact.journal_radius, minimum=0.0, maximum=10.0),
+        *(
+            declare(f"offset_{axis}", "m", f"Position of the centre of the clearance {{}} in {axis}", 0.0)
+            for axis in "xy"
         ),
-        parameter(f"{site}.offset_x", "m", f"Position of the centre of the clearance {at} in x", 0.0),
-        parameter(f"{site}.offset_y", "m", f"Position of the centre of the clearance {at} in y", 0.0),
-        *law_parameters(site),
-        *_retainer_parameters(site, at),
-    ]
-
-
-def _retainer_parameters(site: str, at: str) -> list[Variable]:
-    """Return the parameters of a retainer as a body: housing on a mount, race, and temperature."""
-    not_negative = {"minimum": 0.0, "maximum": 1e12}
-    return [
-        parameter(
-            f"{site}.housing_mass",
+        *law_parameters(declare),
+        declare(
+            "housing_mass",
             "kg",
-            f"Mass of the housing of the retainer {at}, or 0 for a fixed housing",
+            "Mass of the housing of the retainer {}, or 0 for a fixed housing",
             0.0,
-            **not_negative,
+            **NOT_NEGATIVE,
         ),
         *(
-            parameter(
-                f"{site}.mount_stiffness_{axis}",
-                "N/m",
-                f"Stiffness of the mount of the housing {at} in {axis}",
+            declare(
+                f"mount_{what}_{axis}",
+                unit,
+                f"{what.capitalize()} of the mount of the housing {{}} in {axis}",
                 0.0,
-                **not_negative,
+                **NOT_NEGATIVE,
             )
+            for what, unit in (("stiffness", "N/m"), ("damping", "N.s/m"))
             for axis in "xy"
         ),
-        *(
-            parameter(
-                f"{site}.mount_damping_{axis}",
-                "N.s/m",
-                f"Damping of the mount of the housing {at} in {axis}",
-                0.0,
-                **not_negative,
-            )
-            for axis in "xy"
-        ),
-        parameter(
-            f"{site}.race_inertia",
+        declare(
+            "race_inertia",
             "kg.m2",
-            f"Polar moment of inertia of the race and rolling elements {at}, or 0 for a race that does not rotate",
+            "Polar moment of inertia of the race and rolling elements {}, or 0 for a race that does not rotate",
             0.0,
-            **not_negative,
+            **NOT_NEGATIVE,
         ),
-        parameter(f"{site}.race_drag", "N.m", f"Constant drag torque on the race {at}", 0.0, **not_negative),
-        parameter(
-            f"{site}.race_viscous_drag",
-            "N.m.s",
-            f"Coefficient of the viscous drag on the race {at}",
-            0.0,
-            **not_negative,
-        ),
-        parameter(
-            f"{site}.heat_capacity",
+        declare("race_drag", "N.m", "Constant drag torque on the race {}", 0.0, **NOT_NEGATIVE),
+        declare("race_viscous_drag", "N.m.s", "Coefficient of the viscous drag on the race {}", 0.0, **NOT_NEGATIVE),
+        declare(
+            "heat_capacity",
             "J/K",
-            f"Heat capacity of the retainer {at}, or 0 for a constant temperature",
+            "Heat capacity of the retainer {}, or 0 for a constant temperature",
             0.0,
-            **not_negative,
+            **NOT_NEGATIVE,
         ),
-        parameter(
-            f"{site}.heat_transfer",
+        declare(
+            "heat_transfer",
             "W/K",
-            f"Heat flow from the retainer {at} to the surroundings per temperature difference",
+            "Heat flow from the retainer {} to the surroundings per temperature difference",
             0.0,
-            **not_negative,
+            **NOT_NEGATIVE,
         ),
-        parameter(
-            f"{site}.temperature_limit",
-            "K",
-            f"Highest allowed temperature of the retainer {at}",
-            393.15,
-            **not_negative,
-        ),
+        declare("temperature_limit", "K", "Highest allowed temperature of the retainer {}", 393.15, **NOT_NEGATIVE),
     ]
 
 
 def site_outputs(site: str, planes: Planes) -> list[Variable]:
-    """Return the outputs of a contact site of a rotor with these planes.
-
-    `start_values` lists the dependencies of initial values; () marks a value that is the same at every start.
-    """
-    at = f"at {site.upper()}"
-    journal = start_values.journal(planes, site)
-    forces = start_values.forces(planes)
+    """Return the outputs of a contact site of a rotor with these planes."""
+    *_, declare = at_place(f"{site}.{{}}", f"at {site.upper()}")
+    journal = {"initially_depends_on": start_values.journal(planes, site)}
+    forces = {"initially_depends_on": start_values.forces(planes)}
+    spin = "positive in the direction of positive spin"
     return [
         *(
-            output(
-                f"{site}.{axis}",
+            declare(
+                axis,
                 "m",
-                f"Displacement of the journal {at} in {axis} from the centre of the retainer",
-                initially_depends_on=journal,
+                f"Displacement of the journal {{}} in {axis} from the centre of the retainer",
+                **journal,
                 display_unit="um",
             )
             for axis in "xy"
         ),
-        output(
-            f"{site}.gap",
+        declare(
+            "gap",
             "m",
-            f"Remaining clearance {at}, which is zero in rigid contact and negative in compliant contact",
-            initially_depends_on=journal,
+            "Remaining clearance {}, which is zero in rigid contact and negative in compliant contact",
+            **journal,
             display_unit="um",
         ),
-        output(
-            f"{site}.mode",
-            "1",
-            f"Mode of contact {at}",
-            initially_depends_on=forces,
-            **enumerated(CONTACT_MODE),
-        ),
-        output(
-            f"{site}.f_n", "N", f"Normal contact force on the rotor {at}, positive inward", initially_depends_on=forces
-        ),
-        output(
-            f"{site}.f_n_peak",
+        declare("mode", "1", "Mode of contact {}", **forces, **enumerated(CONTACT_MODE)),
+        declare("f_n", "N", "Normal contact force on the rotor {}, positive inward", **forces),
+        declare(
+            "f_n_peak",
             "N",
-            f"Largest normal contact force {at} during the last communication step, without the impulses of impacts",
-            initially_depends_on=forces,
+            "Largest normal contact force {} during the last communication step, without the impulses of impacts",
             over_step="largest",
+            **forces,
         ),
-        output(
-            f"{site}.f_n_mean",
+        declare(
+            "f_n_mean",
             "N",
-            f"Mean normal contact force {at} over the last communication step, including the impulses of impacts, "
-            f"whose contribution grows as steps get shorter",
-            initially_depends_on=(),
+            "Mean normal contact force {} over the last communication step, including the impulses of impacts, whose "
+            "contribution grows as steps get shorter",
             over_step="mean",
+            **ALWAYS_SAME,
         ),
-        output(
-            f"{site}.f_t",
-            "N",
-            f"Friction force on the rotor {at}, positive in the direction of positive spin",
-            initially_depends_on=forces,
-        ),
-        output(
-            f"{site}.impulse",
+        declare("f_t", "N", f"Friction force on the rotor {{}}, {spin}", **forces),
+        declare(
+            "impulse",
             "N.s",
-            f"Normal impulse of the impacts {at} during the last communication step, as the conservation of momentum "
-            f"requires it",
-            initially_depends_on=(),
+            "Normal impulse of the impacts {} during the last communication step, as the conservation of momentum "
+            "requires it",
             over_step="sum",
+            **ALWAYS_SAME,
         ),
-        output(
-            f"{site}.slip_velocity",
+        declare(
+            "slip_velocity",
             "m/s",
-            f"Velocity of the journal surface relative to the retainer {at}, positive in the direction of positive "
-            f"spin",
+            f"Velocity of the journal surface relative to the retainer {{}}, {spin}",
             initially_depends_on=start_values.slip(planes, site),
         ),
-        output(
-            f"{site}.whirl_speed",
+        declare(
+            "whirl_speed",
             "rad/s",
-            f"Whirl speed of the journal about the centre of the retainer {at}, positive in the direction of positive "
-            f"spin",
-            initially_depends_on=journal,
+            f"Whirl speed of the journal about the centre of the retainer {{}}, {spin}",
+            **journal,
         ),
         *(
-            output(
-                f"{site}.housing_{axis}",
+            declare(
+                f"housing_{axis}",
                 "m",
-                f"Displacement of the housing of the retainer {at} in {axis}",
-                initially_depends_on=(),
+                f"Displacement of the housing of the retainer {{}} in {axis}",
+                **ALWAYS_SAME,
                 display_unit="um",
             )
             for axis in "xy"
         ),
-        output(
-            f"{site}.race_speed",
-            "rad/s",
-            f"Speed of the race {at}, positive in the direction of positive spin",
-            initially_depends_on=(),
+        declare("race_speed", "rad/s", f"Speed of the race {{}}, {spin}", **ALWAYS_SAME),
+        declare(
+            "friction_power", "W", "Heat flow of sliding friction {}", initially_depends_on=start_values.sliding(planes)
         ),
-        output(
-            f"{site}.friction_power",
-            "W",
-            f"Heat flow of sliding friction {at}",
-            initially_depends_on=start_values.sliding(planes),
-        ),
-        output(
-            f"{site}.heat",
+        declare(
+            "heat",
             "J",
-            f"Heat so far from friction, race drag, impacts and compression in the retainer {at}, including that of a "
-            f"face on this retainer",
-            initially_depends_on=(),
+            "Heat so far from friction, race drag, impacts and compression in the retainer {}, including that of a "
+            "face on this retainer",
+            **ALWAYS_SAME,
         ),
-        output(f"{site}.temperature", "K", f"Temperature of the retainer {at}", initially_equals="ambient_temperature"),
-        output(
-            f"{site}.passed",
+        declare("temperature", "K", "Temperature of the retainer {}", initially_equals="ambient_temperature"),
+        declare(
+            "passed",
             "1",
-            f"Whether the rotor is beyond the clearance {at} without contact, because {site}.enabled is false",
+            f"Whether the rotor is beyond the clearance {{}} without contact, because {site}.enabled is false",
             type="Boolean",
-            initially_depends_on=journal,
             warning=f"{site.upper()} is switched off ({site}.enabled = false); the rotor would have touched it (gap "
             f"{{{site}.gap}} m, negative beyond the clearance of {{{site}.clearance}} m)",
+            **journal,
         ),
-        output(
-            f"{site}.beyond_reduction",
+        declare(
+            "beyond_reduction",
             "1",
-            f"Whether the rotor whirls in contact {at} faster than the frequency up to which its reduced model is "
-            f"accurate",
+            "Whether the rotor whirls in contact {} faster than the frequency up to which its reduced model is "
+            "accurate",
             type="Boolean",
             initially_depends_on=start_values.sliding_contact(planes),
             warning=f"the whirl in contact at {site.upper()}, {{{site}.whirl_speed}} rad/s, is faster than "
             "the frequency up to which the rotor's reduction is accurate: retain more planes or modes",
         ),
-        output(
-            f"{site}.overheated",
+        declare(
+            "overheated",
             "1",
-            f"Whether the temperature of the retainer {at} exceeds {site}.temperature_limit",
+            f"Whether the temperature of the retainer {{}} exceeds {site}.temperature_limit",
             type="Boolean",
             initially_depends_on=("ambient_temperature", f"{site}.temperature_limit"),
             warning=f"{site}.temperature = {{{site}.temperature}} K exceeds {site}.temperature_limit = "

@@ -23,6 +23,8 @@ CONTACT = ("law", "mu", "mu_static", "stribeck_velocity", "journal_radius", "hou
 FREE_SPIN = ("spin.free", "spin.inertia", "spin.drag", "drive.torque", "drive.torque_limit", "drive.ideal")
 MAGNETS = ("axes[*].force", "axes[*].gradient", "axes[*].reference")
 
+ALWAYS_SAME = {"initially_depends_on": ()}  # options of an output that has the same value at every start
+
 
 def _loads(axes: str) -> tuple[str, ...]:
     """Return the loads that deflect the rotor in these axes."""
