@@ -8,6 +8,7 @@ seat would have to pull it. The ring then relaxes, and its stored energy becomes
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,32 @@ LONGEST_PHASE = 0.5  # rad of the rotor's vibration on a ring
 FINEST = 0.125  # of the lean, by which the penetration may change in a phase while one side of the ring has lifted
 MAX_PHASES = 10000  # of a part; in the last one no seat is met or left
 N_HALVINGS = 60  # of a phase, to find an instant in it
+
+
+class Phase(NamedTuple):
+    """A phase: z (m) and velocity (m/s) at its beginning; acceleration a, w and c of equation (2)."""
+
+    z: float
+    speed: float
+    a: float
+    w: float
+    c: float
+
+
+class Moved(NamedTuple):
+    """Distance travelled since the beginning of a phase (m), velocity (m/s), and integral of the distance (m s)."""
+
+    way: float
+    speed: float
+    sum_of_way: float
+
+
+@kernel
+def _after(phase: Phase, t: float) -> Moved:
+    """Return the motion after a time t (s) of a phase."""
+    rate, S, C_2, C_3 = responses(phase.w, phase.c, t)
+    speed, a = phase.speed, phase.a
+    return Moved(speed * S + a * C_2, speed * rate + a * S, speed * C_2 + a * C_3)
 
 
 @noinline_kernel
@@ -76,25 +103,25 @@ def _pass_phase(
             a += face.side * face.at_start / mass
             w -= face.slope / mass
             c += face.drag / mass
+    phase = Phase(z, speed, a, w, c)
     if is_free:
-        length = _turning(a, w, speed, length)
-    elif _stays(faces, mass, z, speed, a, w):
+        length = _turning(phase, length)
+    elif _stays(faces, mass, phase):
         length = left
     changed = -1
     if events:
         for k in range(faces.shape[0]):
-            if _changes(faces[k], z, speed, a, w, c, length):
-                length = _instant(faces[k], z, speed, a, w, c, length)
+            if _changes(faces[k], phase, length):
+                length = _instant(faces[k], phase, length)
                 changed = k
-    rate, S, C_2, C_3 = responses(w, c, length)
-    way, new_speed = speed * S + a * C_2, speed * rate + a * S
-    sum_of_way = speed * C_2 + a * C_3
-    lost = mass * (0.5 * (speed * speed - new_speed * new_speed) + (a + 0.5 * w * way) * way)
+    end = _after(phase, length)
+    way = end.way
+    lost = mass * (0.5 * (speed * speed - end.speed * end.speed) + (a + 0.5 * w * way) * way)
     for face in faces:
         if face.is_pressed != 0.0:
-            _collect(face, z, speed, a, w, c, length, way, new_speed, sum_of_way)
+            _collect(face, phase, length, end)
             face.loss += max(lost, 0.0) * (face.drag / (mass * c) if c > 0.0 else 0.0) - face.side * face.rocking * way
-    motion.z, motion.speed = z + way, new_speed
+    motion.z, motion.speed = z + way, end.speed
     if changed >= 0:
         face = faces[changed]
         stored = stored_in_face(face, penetration(face, motion.z), face.lean)
@@ -141,16 +168,14 @@ def _force(face: Face, z: float, speed: float) -> float:
 
 
 @kernel
-def _turning(a: float, w: float, speed: float, longest: float) -> float:
+def _turning(phase: Phase, longest: float) -> float:
     """Return the time (s) until free motion reverses, or `longest` if it does not reverse earlier."""
-    rate, S, _, _ = responses(w, 0.0, longest)
-    if speed * (speed * rate + a * S) >= 0.0:
+    if phase.speed * _after(phase, longest).speed >= 0.0:
         return longest
     low, high = 0.0, longest
     for _ in range(N_HALVINGS):
         middle = 0.5 * (low + high)
-        rate, S, _, _ = responses(w, 0.0, middle)
-        if speed * (speed * rate + a * S) > 0.0:
+        if phase.speed * _after(phase, middle).speed > 0.0:
             low = middle
         else:
             high = middle
@@ -158,7 +183,7 @@ def _turning(a: float, w: float, speed: float, longest: float) -> float:
 
 
 @kernel
-def _stays(faces: FaceRecords, mass: float, z: float, speed: float, a: float, w: float) -> bool:
+def _stays(faces: FaceRecords, mass: float, phase: Phase) -> bool:
     """Return whether a single face is pressed and vibrates too little to leave its seat or to lift on one side."""
     pressed = -1
     for k in range(faces.shape[0]):
@@ -166,36 +191,43 @@ def _stays(faces: FaceRecords, mass: float, z: float, speed: float, a: float, w:
             if pressed >= 0:
                 return False
             pressed = k
+    w, speed = phase.w, phase.speed
     if pressed < 0 or w >= 0.0:
         return False
     face = faces[pressed]
-    way = -a / w  # to the position of rest
+    way = -phase.a / w  # to the position of rest
     amplitude = math.sqrt(way * way + speed * speed / -w)
-    rest = penetration(face, z + way)
+    rest = penetration(face, phase.z + way)
     lowest = rest * face.stiffness - (face.stiffness + face.damping * math.sqrt(-w)) * amplitude
     return bool(rest - amplitude >= face.lean and lowest > 0.0 and face.slope == face.stiffness)
 
 
 @kernel
-def _changes(face: Face, z: float, speed: float, a: float, w: float, c: float, t: float) -> bool:
-    """Return whether the face has met or left its seat at the time t (s) of a phase."""
-    if face.enabled == 0.0:
-        return False
-    rate, S, C_2, _ = responses(w, c, t)
-    way, new_speed = speed * S + a * C_2, speed * rate + a * S
-    if face.is_pressed != 0.0:
-        return bool(face.at_start - face.side * (face.slope * way + face.drag * new_speed) < 0.0)
-    delta = penetration(face, z + way)
-    return bool(delta > -face.lean and _force(face, z + way, new_speed) > 0.0)
+def _push(face: Face, way: float, speed: float) -> float:
+    """Return the linearised force (N) of the seat on a pressed face, at a distance (m) from the start of a phase."""
+    force: float = face.at_start - face.side * (face.slope * way + face.drag * speed)
+    return force
 
 
 @kernel
-def _instant(face: Face, z: float, speed: float, a: float, w: float, c: float, length: float) -> float:
+def _changes(face: Face, phase: Phase, t: float) -> bool:
+    """Return whether the face has met or left its seat at the time t (s) of a phase."""
+    if face.enabled == 0.0:
+        return False
+    at = _after(phase, t)
+    if face.is_pressed != 0.0:
+        return _push(face, at.way, at.speed) < 0.0
+    delta = penetration(face, phase.z + at.way)
+    return bool(delta > -face.lean and _force(face, phase.z + at.way, at.speed) > 0.0)
+
+
+@kernel
+def _instant(face: Face, phase: Phase, length: float) -> float:
     """Return the time (s) in a phase at which the face meets or leaves its seat."""
     low, high = 0.0, length
     for _ in range(N_HALVINGS):
         middle = 0.5 * (low + high)
-        if _changes(face, z, speed, a, w, c, middle):
+        if _changes(face, phase, middle):
             high = middle
         else:
             low = middle
@@ -203,26 +235,12 @@ def _instant(face: Face, z: float, speed: float, a: float, w: float, c: float, l
 
 
 @kernel
-def _collect(
-    face: Face,
-    z: float,
-    speed: float,
-    a: float,
-    w: float,
-    c: float,
-    length: float,
-    way: float,
-    new_speed: float,
-    sum_of_way: float,
-) -> None:
+def _collect(face: Face, phase: Phase, length: float, end: Moved) -> None:
     """Collect the time, depth, travel, impulse and largest force of a pressed face in a phase."""
     face.part_time += length
-    face.part_depth += penetration(face, z) * length - face.side * sum_of_way
-    face.part_way -= face.side * way
-    face.part_impulse += face.at_start * length - face.side * (face.slope * sum_of_way + face.drag * way)
-    rate, S, C_2, _ = responses(w, c, 0.5 * length)
-    half_way, half_speed = speed * S + a * C_2, speed * rate + a * S
-    begin = face.at_start - face.side * face.drag * speed
-    middle = face.at_start - face.side * (face.slope * half_way + face.drag * half_speed)
-    end = face.at_start - face.side * (face.slope * way + face.drag * new_speed)
-    face.f_n_peak = max(face.f_n_peak, greatest_of_parabola(begin, middle, end))
+    face.part_depth += penetration(face, phase.z) * length - face.side * end.sum_of_way
+    face.part_way -= face.side * end.way
+    face.part_impulse += face.at_start * length - face.side * (face.slope * end.sum_of_way + face.drag * end.way)
+    half = _after(phase, 0.5 * length)
+    begin, middle = _push(face, 0.0, phase.speed), _push(face, half.way, half.speed)
+    face.f_n_peak = max(face.f_n_peak, greatest_of_parabola(begin, middle, _push(face, end.way, end.speed)))
