@@ -30,7 +30,11 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     """Prepare the matrices for `key`: determine their sizes and ports."""
     if is_for(matrices, key):
         return
-    _begin(matrices, key)
+    copy(key.values, matrices.key.values)
+    for slot in matrices.slots:
+        slot.index, slot.n_rows = math.nan, 0.0
+    for blend in matrices.blends:
+        blend.index = math.nan
     sizes = matrices.sizes[0]
     n = structure.K.shape[0]
     n_sites, n_bearings = sites.shape[0], motion.bearings.shape[0]
@@ -118,17 +122,6 @@ def can_be_built(matrices: StepMatrices, which: int) -> bool:
 
 
 @kernel
-def _begin(matrices: StepMatrices, key: MatricesKey) -> None:
-    """Assign the matrices to this key without building rows."""
-    copy(key.values, matrices.key.values)
-    for slot in matrices.slots:
-        slot.index = math.nan
-        slot.n_rows = 0.0
-    for blend in matrices.blends:
-        blend.index = math.nan
-
-
-@kernel
 def _port_of(matrices: StepMatrices, row: int) -> int:
     """Return the port whose x is coordinate `row`; add this port if it does not exist."""
     sizes = matrices.sizes[0]
@@ -143,39 +136,24 @@ def _port_of(matrices: StepMatrices, row: int) -> int:
 @kernel
 def _is_isotropic(structure: Structure, motion: Motion, KC: Array) -> bool:
     """Return whether the rotor is isotropic, that is, whether y behaves like x turned by a right angle."""
-    if not seals_are_isotropic(motion.seals):
+    n, B_disc = KC.shape[1], structure.B_disc
+    if not seals_are_isotropic(motion.seals) or not (_is_turned(KC[:n]) and _is_turned(KC[n:])):
         return False
-    n, Minv = KC.shape[1], structure.Minv
-    largest = unlike = 0.0
-    for j in range(0, 2 * n, 2):
-        for i in range(0, n, 2):
-            largest = max(largest, abs(KC[j, i]))
-            unlike = max(unlike, max(abs(KC[j, i] - KC[j + 1, i + 1]), abs(KC[j, i + 1] + KC[j + 1, i])))
-        if j + 2 == n or j + 2 == 2 * n:  # stiffness and damping are of other sizes
-            if not unlike <= ISOTROPY_TOLERANCE * largest:
-                return False
-            largest = unlike = 0.0
-    for j in range(0, Minv.shape[0], 2):
-        for i in range(0, Minv.shape[0], 2):
-            largest = max(largest, abs(Minv[j, i]))
-            unlike = max(unlike, max(abs(Minv[j, i] - Minv[j + 1, i + 1]), abs(Minv[j, i + 1] + Minv[j + 1, i])))
-    return bool(unlike <= ISOTROPY_TOLERANCE * largest) and _are_turned(structure.B_base, structure.B_disc)
+    for row in range(0, B_disc.shape[0], 2):
+        if not _is_turned(B_disc[row : row + 2]):
+            return False
+    return _is_turned(structure.Minv) and _is_turned(structure.B_base)
 
 
 @kernel
-def _are_turned(B_base: Array, B_disc: Array) -> bool:
-    """Return whether all unit forces along y equal the unit forces along x turned by a right angle."""
+def _is_turned(A: Array) -> bool:
+    """Return whether every second row of A, that for y, is the row for x before it, turned by a right angle."""
     largest = unlike = 0.0
-    for row in range(0, B_base.shape[0] + B_disc.shape[0], 2):
-        b_x = B_base[row] if row < B_base.shape[0] else B_disc[row - B_base.shape[0]]
-        b_y = B_base[row + 1] if row < B_base.shape[0] else B_disc[row + 1 - B_base.shape[0]]
-        for i in range(0, b_x.shape[0], 2):
-            largest = max(largest, max(abs(b_x[i]), abs(b_x[i + 1])))
-            unlike = max(unlike, max(abs(b_y[i + 1] - b_x[i]), abs(b_y[i] + b_x[i + 1])))
-        if not unlike <= ISOTROPY_TOLERANCE * largest:
-            return False
-        largest = unlike = 0.0
-    return True
+    for j in range(0, A.shape[0], 2):
+        for i in range(0, A.shape[1], 2):
+            largest = max(largest, max(abs(A[j, i]), abs(A[j, i + 1])))
+            unlike = max(unlike, max(abs(A[j, i] - A[j + 1, i + 1]), abs(A[j, i + 1] + A[j + 1, i])))
+    return bool(unlike <= ISOTROPY_TOLERANCE * largest)
 
 
 @kernel
