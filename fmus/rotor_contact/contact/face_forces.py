@@ -284,16 +284,22 @@ def write_face_rates(w: Workspace, Omega: float, dz: Array) -> None:
                 site_integrals(dz, w.n, int(face.site)).heat += heat
 
 
+@kernel
+def add_heat(w: Workspace, k: int, z: Array, heat: float) -> None:
+    """Add heat (J) of face k to its integral in z, and to that of the site on whose retainer it is."""
+    face_integrals(z, w.n, w.sites.shape[0], k).heat += heat
+    site = faces_of(w.faces, w.Minv.shape[0]).records[k].site
+    if site >= 0.0:
+        site_integrals(z, w.n, int(site)).heat += heat
+
+
 @noinline_kernel
 def collect_losses(w: Workspace) -> None:
     """Add the heat caused by compression along the shaft during a part of a step to the integrals in z."""
     z, records = stages_of(w.stages).z, faces_of(w.faces, w.Minv.shape[0]).records
     for k in range(records.shape[0]):
-        loss = records[k].loss
-        energy_integrals(z, w.n).impact_heat += loss
-        face_integrals(z, w.n, w.sites.shape[0], k).heat += loss
-        if records[k].site >= 0.0:
-            site_integrals(z, w.n, int(records[k].site)).heat += loss
+        energy_integrals(z, w.n).impact_heat += records[k].loss
+        add_heat(w, k, z, records[k].loss)
 
 
 @noinline_kernel

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
-from rotor_contact.contact.face_forces import FaceMotion, face_motion, forces_at, housing_below, is_pressing
+from rotor_contact.contact.face_forces import FaceMotion, add_heat, face_motion, forces_at, housing_below, is_pressing
 from rotor_contact.contact.faces import LEAST_SLIP, faces_of
-from rotor_contact.contact.workspace import Workspace, energy_integrals, face_integrals, site_integrals, stages_of
+from rotor_contact.contact.workspace import Workspace, energy_integrals, stages_of
 from rotor_contact.matrices.matrix_sizes import place_index, velocity_index
 from rotor_contact.matrices.speed_grid import LevelsAround
 from rotor_contact.matrices.step_matrices import StepMatrices
@@ -25,6 +25,7 @@ from rotor_contact.pieces.piece_contact import port_of_face, port_of_housing
 from rotor_contact.shaft.linear_solver import solve
 from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, third_difference
 
+N_FORCES = 4  # of a seat: forces and moments in x and y, which come first in `FaceForces`
 N_VARIABLES = 6  # on which a seat's forces depend: lean, its rate and slip velocity
 OF_CLEARANCE, OF_SLIP = 1e-4, 0.1  # steps for the slopes: rise of the rim over the clearance, slip over `LEAST_SLIP`
 
@@ -33,21 +34,22 @@ OF_CLEARANCE, OF_SLIP = 1e-4, 0.1  # steps for the slopes: rise of the rim over 
 def begin_face_forces(w: Workspace, matrices: StepMatrices, h: float) -> None:
     """Write the forces of all seats at z to all points of a piece of length h (s), and find their derivatives at z."""
     records, axes = faces_of(w.faces, w.Minv.shape[0]).records, 2 * int(matrices.sizes[0].n_ports)
-    piece = piece_of(matrices)
+    piece, added = piece_of(matrices), matrices.equations.right_side[:N_FORCES]
     for k in range(records.shape[0]):
         face = records[k]
         if not is_pressing(face):
             continue
         motion = _motion_at(w, matrices, k, 0)
         at = forces_at(face, motion)
-        _add_forces(w, matrices, k, 0, at.f_x, at.f_y, at.m_x, at.m_y)
+        for i in range(N_FORCES):
+            added[i] = at[i]
+        _add_forces(w, matrices, k, 0, added)
         lean = OF_CLEARANCE * face.clearance / face.radius
         for i in range(N_VARIABLES):
             step = lean if i < 2 else (lean / h if i < 4 else OF_SLIP * LEAST_SLIP)
             moved = forces_at(face, _moved(motion, i, step))
-            face.slopes[i], face.slopes[N_VARIABLES + i] = (moved.f_x - at.f_x) / step, (moved.f_y - at.f_y) / step
-            face.slopes[2 * N_VARIABLES + i] = (moved.m_x - at.m_x) / step
-            face.slopes[3 * N_VARIABLES + i] = (moved.m_y - at.m_y) / step
+            for j in range(N_FORCES):
+                face.slopes[N_VARIABLES * j + i] = (moved[j] - at[j]) / step
     for unit in range(axes):
         for point in range(1, N_LOBATTO):
             piece.magnets[axes * point + unit] = piece.magnets[unit]
@@ -74,8 +76,7 @@ def settle_face_forces(w: Workspace, matrices: StepMatrices, of_forces: Array) -
     Returns whether this succeeds, the largest error of the forces before the correction, and the largest normal force
     (N). A moment counts as the force that causes it at the radius of the ring.
     """
-    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
-    records, error, largest = faces_of(w.faces, w.Minv.shape[0]).records, 0.0, 0.0
+    piece, records, error, largest = piece_of(matrices), faces_of(w.faces, w.Minv.shape[0]).records, 0.0, 0.0
     b = matrices.equations.right_side
     for k in range(records.shape[0]):
         face = records[k]
@@ -83,37 +84,33 @@ def settle_face_forces(w: Workspace, matrices: StepMatrices, of_forces: Array) -
             continue
         largest = max(largest, face.force)
         for point in range(1, N_LOBATTO):
-            at, row = forces_at(face, _motion_at(w, matrices, k, point)), 4 * (point - 1)
-            place = 2 * (n_ports * point + port_of_face(matrices, k, 0))
-            slope = 2 * (n_ports * point + port_of_face(matrices, k, 1))
-            b[row], b[row + 1] = at.f_x - piece.magnets[place], at.f_y - piece.magnets[place + 1]
-            b[row + 2], b[row + 3] = at.m_x - piece.magnets[slope], at.m_y - piece.magnets[slope + 1]
-            error = max(error, max(abs(b[row]), abs(b[row + 1])))
-            error = max(error, max(abs(b[row + 2]), abs(b[row + 3])) / face.radius)
+            at, row = forces_at(face, _motion_at(w, matrices, k, point)), N_FORCES * (point - 1)
+            for i in range(N_FORCES):
+                b[row + i] = at[i] - piece.magnets[_unit_of(matrices, k, point, i)]
+                error = max(error, abs(b[row + i]) / (1.0 if i < 2 else face.radius))
         _write_equations(w, matrices, of_forces, k)
-        if not solve(matrices.equations, 4 * (N_LOBATTO - 1)):
+        if not solve(matrices.equations, N_FORCES * (N_LOBATTO - 1)):
             return False, error, largest
         for point in range(1, N_LOBATTO):
-            row = 4 * (point - 1)
-            _add_forces(w, matrices, k, point, b[row], b[row + 1], b[row + 2], b[row + 3])
+            _add_forces(w, matrices, k, point, b[N_FORCES * (point - 1) :])
     return True, error, largest
 
 
 @kernel
-def _add_forces(
-    w: Workspace, matrices: StepMatrices, k: int, point: int, f_x: float, f_y: float, m_x: float, m_y: float
-) -> None:
+def _unit_of(matrices: StepMatrices, k: int, point: int, i: int) -> int:
+    """Return the place, among the node forces, of force i (x, y) or moment i (x, y) of face k at a Lobatto point."""
+    return 2 * (int(matrices.sizes[0].n_ports) * point + port_of_face(matrices, k, i // 2)) + i % 2
+
+
+@kernel
+def _add_forces(w: Workspace, matrices: StepMatrices, k: int, point: int, added: Array) -> None:
     """Add forces and moments of face k on the shaft at a Lobatto point; the housing receives the opposite forces."""
-    known, at = piece_of(matrices).magnets, int(matrices.sizes[0].n_ports) * point
-    place, slope = 2 * (at + port_of_face(matrices, k, 0)), 2 * (at + port_of_face(matrices, k, 1))
-    known[place] += f_x
-    known[place + 1] += f_y
-    known[slope] += m_x
-    known[slope + 1] += m_y
-    port = _port_of_seat(w, matrices, k)
+    known, port = piece_of(matrices).magnets, _port_of_seat(w, matrices, k)
+    for i in range(N_FORCES):
+        known[_unit_of(matrices, k, point, i)] += added[i]
     if port >= 0:
-        known[2 * (at + port)] -= f_x
-        known[2 * (at + port) + 1] -= f_y
+        for i in range(2):
+            known[2 * (int(matrices.sizes[0].n_ports) * point + port) + i] -= added[i]
 
 
 @kernel
@@ -186,16 +183,12 @@ def observe_face_forces(
         face = records[k]
         if not is_pressing(face):
             continue
-        at = forces_at(face, face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], Omega))
-        place, slope = first + 2 * port_of_face(matrices, k, 0), first + 2 * port_of_face(matrices, k, 1)
-        _add_row(around, place, at.f_x, observed)
-        _add_row(around, place + 1, at.f_y, observed)
-        _add_row(around, slope, at.m_x, observed)
-        _add_row(around, slope + 1, at.m_y, observed)
-        seat = _port_of_seat(w, matrices, k)
+        at, seat = forces_at(face, face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], Omega)), _port_of_seat(w, matrices, k)
+        for i in range(N_FORCES):
+            _add_row(around, first + _unit_of(matrices, k, 0, i), at[i], observed)
         if seat >= 0:
-            _add_row(around, first + 2 * seat, -at.f_x, observed)
-            _add_row(around, first + 2 * seat + 1, -at.f_y, observed)
+            for i in range(2):
+                _add_row(around, first + 2 * seat + i, -at[i], observed)
 
 
 @kernel
@@ -211,19 +204,16 @@ def bend_of_face_forces(w: Workspace, matrices: StepMatrices) -> tuple[float, fl
 
     A moment counts as the force that causes it at the radius of the ring.
     """
-    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    f, axes = piece_of(matrices).magnets, 2 * int(matrices.sizes[0].n_ports)
     records, bend, largest = faces_of(w.faces, w.Minv.shape[0]).records, 0.0, 0.0
     for k in range(records.shape[0]):
         face = records[k]
         if is_pressing(face):
             largest = max(largest, face.force)
-            for of_slope in range(2):
-                arm = face.radius if of_slope == 1 else 1.0
-                for axis in range(2):
-                    unit, axes = 2 * port_of_face(matrices, k, of_slope) + axis, 2 * n_ports
-                    f = piece.magnets
-                    bent = third_difference(f[unit], f[unit + axes], f[unit + 2 * axes], f[unit + 3 * axes])
-                    bend = max(bend, bent / arm)
+            for i in range(N_FORCES):
+                unit = _unit_of(matrices, k, 0, i)
+                bent = third_difference(f[unit], f[unit + axes], f[unit + 2 * axes], f[unit + 3 * axes])
+                bend = max(bend, bent / (1.0 if i < 2 else face.radius))
     return bend, largest
 
 
@@ -245,6 +235,4 @@ def add_heat_of_faces(w: Workspace, matrices: StepMatrices, h: float) -> None:
                 integrals.work -= share * face.torque * spin[0, point]
         integrals.friction_heat += sliding
         integrals.impact_heat += rocking
-        face_integrals(z_new, w.n, w.sites.shape[0], k).heat += sliding + rocking
-        if face.site >= 0.0:
-            site_integrals(z_new, w.n, int(face.site)).heat += sliding + rocking
+        add_heat(w, k, z_new, sliding + rocking)
