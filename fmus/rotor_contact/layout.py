@@ -8,6 +8,7 @@ import numpy as np
 
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel, views
+from fmi_export.linear_state import LinearState
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
@@ -37,9 +38,8 @@ from rotor_contact.contact.workspace import (
 )
 from rotor_contact.forces.axial_motion import AXIAL
 from rotor_contact.forces.dynamics import N_ROWS, Motion
-from rotor_contact.forces.excitation import n_pairs
 from rotor_contact.forces.passive_bearings import BEARING, N_BEARING, Bearings
-from rotor_contact.matrices.matrix_sizes import matrices_key_size, matrices_size
+from rotor_contact.matrices.matrix_sizes import matrices_key_size, places_of_matrices
 from rotor_contact.matrices.step_matrices import MatricesKey, StepMatrices, matrices_key_of, step_matrices_of
 from rotor_contact.shaft.linear_solver import Equations, equations_of
 from rotor_contact.shaft.structure import REAL, Structure, structure_of
@@ -131,12 +131,6 @@ def most_degrees_of_freedom(structure: Structure) -> int:
 
 
 @views
-def pairs_of_inputs(structure: Structure) -> int:
-    """Return the number of pairs of inputs (`excitation`)."""
-    return n_pairs(structure.B_disc.shape[0] // 2, structure.bearings.shape[0])
-
-
-@views
 def stage_size(n: int, n_sites: int, n_faces: int) -> int:
     """Return the size of a row of `Workspace.stages`, an even number."""
     size = 2 * n + N_INTEGRALS + N_SITE_INTEGRALS * n_sites + N_FACE_INTEGRALS * n_faces
@@ -144,108 +138,91 @@ def stage_size(n: int, n_sites: int, n_faces: int) -> int:
 
 
 @views
-def place_of_constant_speed(structure: Structure) -> int:
-    """Return the position of the constant speed's data in the state."""
+def places_in_state(structure: Structure) -> tuple[int, int, int, int, int]:
+    """Return the positions in the state of constant speed, sites, axial motion, faces and z, which follow the key."""
     n_bearings, n_sites = structure.bearings.shape[0], structure.sites.shape[0]
-    return N_HEAD + matrices_key_size(n_bearings, n_sites)
+    constant = N_HEAD + matrices_key_size(n_bearings, n_sites)
+    sites = constant + constant_speed_size(n_bearings)
+    axial = sites + n_sites * N_SITE_STATE
+    faces = axial + structure.n_thrust * N_AXIAL
+    return constant, sites, axial, faces, faces + structure.n_faces * N_FACE_STATE
 
 
 @views
-def place_of_sites(structure: Structure) -> int:
-    """Return the position in the state at which the records of the sites begin."""
-    n_bearings = structure.bearings.shape[0]
-    return place_of_constant_speed(structure) + constant_speed_size(n_bearings)
+def places_in_work(structure: Structure) -> tuple[int, ...]:
+    """Return the positions in the scratch array of its parts after the spin.
 
-
-@views
-def place_of_axial_motion(structure: Structure) -> int:
-    """Return the position in the state at which the record of the motion along the shaft begins."""
-    return place_of_sites(structure) + structure.sites.shape[0] * N_SITE_STATE
-
-
-@views
-def place_of_motion(structure: Structure) -> int:
-    """Return the position in the state at which z begins."""
-    return place_of_axial_motion(structure) + structure.n_thrust * N_AXIAL + structure.n_faces * N_FACE_STATE
+    Parts that are read frequently come first. Their offsets are even, because kernels process vectors of two numbers.
+    """
+    n, n_sites, n_unknowns = structure.K.shape[0], structure.sites.shape[0], MAX_UNKNOWNS * structure.sites.shape[0]
+    motion = N_SPIN + N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites, structure.n_faces)
+    sites = motion + (2 * n + N_ROWS) * n
+    equations = sites + n_sites * N_SITE
+    orbit = equations + n_unknowns * (n_unknowns + 1)
+    bearings = orbit + 2 * n * (2 * n + 1)
+    step_cache = bearings + structure.bearings.shape[0] * N_BEARING
+    faces = step_cache + step_cache_size(structure)
+    return motion, sites, equations, orbit, bearings, step_cache, faces, faces + faces_size(structure.n_faces, n)
 
 
 def n_state(constants: Array) -> int:
     """Return the size of the state for the rotor with these constants."""
     structure = structure_of(constants)
-    return place_of_motion(structure) + 2 * most_degrees_of_freedom(structure) + N_INTEGRALS
+    return places_in_state(structure)[-1] + 2 * most_degrees_of_freedom(structure) + N_INTEGRALS
 
 
 def n_work(constants: Array) -> int:
     """Return the size of the scratch array for the rotor with these constants."""
-    s = structure_of(constants)
-    n, n_bearings, n_sites = len(s.K), len(s.bearings), len(s.sites)
-    n_unknowns = MAX_UNKNOWNS * n_sites
-    return (
-        N_SPIN
-        + N_STAGES * stage_size(most_degrees_of_freedom(s), n_sites, s.n_faces)
-        + (2 * n + N_ROWS) * n
-        + n_sites * N_SITE
-        + n_unknowns * (n_unknowns + 1)
-        + 2 * n * (2 * n + 1)
-        + n_bearings * N_BEARING
-        + step_cache_size(s)
-        + faces_size(s.n_faces, n)
-        + matrices_size(n, n_bearings, n_sites, s.n_faces, pairs_of_inputs(s), s.is_damped)
-    )
+    structure = structure_of(constants)
+    return places_in_work(structure)[-1] + places_of_matrices(structure)[-1]
+
+
+def linear_state(constants: Array) -> LinearState:
+    """Return the positions of the linear motion, the angle and the energies in the state (see `LinearState`).
+
+    This part of the state moves linearly while the rotor touches nothing.
+    """
+    structure, names = structure_of(constants), HEAD.names or ()
+    _, _, axial, _, z = places_in_state(structure)
+    energy = names.index("initial_energy"), names.index("largest_energy")
+    unless = "spin.free", "*.housing_mass", "*.race_inertia", "*.mode"
+    along = ((axial, z),) if structure.n_thrust else ()
+    return LinearState((*along, (z, z + 2 * len(structure.K))), names.index("theta"), energy, unless)
 
 
 @views
 def state_of(state: Array, structure: Structure) -> State:
     """Return views into the state of a rotor with this structure."""
     n_bearings, n_sites = structure.bearings.shape[0], structure.sites.shape[0]
+    constant, sites, axial, faces, z = places_in_state(structure)
     return State(
         part(state, 0, HEAD, 1),
         matrices_key_of(state, N_HEAD, n_bearings, n_sites),
-        constant_speed_of(state, place_of_constant_speed(structure), n_bearings),
-        part(state, place_of_sites(structure), SITE_STATE, n_sites),
-        part(state, place_of_axial_motion(structure), AXIAL, structure.n_thrust),
-        part(state, place_of_axial_motion(structure) + structure.n_thrust * N_AXIAL, FACE_STATE, structure.n_faces),
-        part(state, place_of_motion(structure), REAL, 2 * most_degrees_of_freedom(structure) + N_INTEGRALS),
+        constant_speed_of(state, constant, n_bearings),
+        part(state, sites, SITE_STATE, n_sites),
+        part(state, axial, AXIAL, structure.n_thrust),
+        part(state, faces, FACE_STATE, structure.n_faces),
+        part(state, z, REAL, 2 * most_degrees_of_freedom(structure) + N_INTEGRALS),
     )
 
 
 @views
 def scratch_of(work: Array, structure: Structure) -> Scratch:
-    """Return views into the scratch array of a rotor with this structure.
-
-    Parts that are read frequently come first. Their offsets are even, because kernels process vectors of two numbers.
-    """
+    """Return views into the scratch array of a rotor with this structure."""
     n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
-    stages, stages_size = N_SPIN, N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites, structure.n_faces)
-    motion = stages + stages_size
-    sites = motion + (2 * n + N_ROWS) * n
-    n_unknowns = MAX_UNKNOWNS * n_sites
-    equations = sites + n_sites * N_SITE
-    orbit = equations + n_unknowns * (n_unknowns + 1)
-    bearings = orbit + 2 * n * (2 * n + 1)
-    step_cache = bearings + n_bearings * N_BEARING
-    faces = step_cache + step_cache_size(structure)
+    motion, sites, equations, orbit, bearings, step_cache, faces, matrices = places_in_work(structure)
     return Scratch(
         part(work, 0, SPIN, 1),
-        step_matrices_of(
-            work,
-            faces + faces_size(structure.n_faces, n),
-            n,
-            n_bearings,
-            n_sites,
-            structure.n_faces,
-            pairs_of_inputs(structure),
-            structure.is_damped,
-        ),
-        part(work, stages, REAL, stages_size),
+        step_matrices_of(work, matrices, structure),
+        part(work, N_SPIN, REAL, motion - N_SPIN),
         part(work, sites, SITE, n_sites),
-        equations_of(work, equations, n_unknowns),
+        equations_of(work, equations, MAX_UNKNOWNS * n_sites),
         part(work, motion, REAL, (2 * n + N_ROWS, n)),
         part(work, bearings, BEARING, n_bearings),
         part(work, sites, REAL, (n_sites, N_SITE)),
         equations_of(work, orbit, 2 * n),
         step_cache_of(work, step_cache, structure),
-        part(work, faces, REAL, faces_size(structure.n_faces, n)),
+        part(work, faces, REAL, matrices - faces),
     )
 
 

@@ -46,6 +46,7 @@ from rotor_contact.initial_orbit import clamp_to_clearance, start_on_orbit
 from rotor_contact.layout import (
     Scratch,
     hold_spin,
+    linear_state,
     load_faces,
     load_sites,
     n_state,
@@ -58,7 +59,6 @@ from rotor_contact.layout import (
     store_sites,
     workspace_of,
 )
-from rotor_contact.linear_state import linear_state
 from rotor_contact.matrix_step import NO_MATRICES_YET, advance_by_matrices, angle_and_speed_after
 from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
 from rotor_contact.shaft.products import quadratic_form

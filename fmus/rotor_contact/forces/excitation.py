@@ -24,9 +24,9 @@ OF_SHAFT, OF_HOUSINGS, FIRST_DISC = range(3)  # pairs of steady inputs
 
 
 @views
-def n_pairs(n_discs: int, n_bearings: int) -> int:
+def n_pairs(structure: Structure) -> int:
     """Return the number of pairs of amplitudes."""
-    return FIRST_DISC + 2 * n_discs + n_bearings
+    return FIRST_DISC + structure.B_disc.shape[0] + structure.bearings.shape[0]
 
 
 @views

@@ -8,11 +8,13 @@ import numpy as np
 
 from fmi_export.flat import is_near
 from fmi_export.jit import inlined_kernel, kernel
+from fmi_export.model import Array
 from rotor_contact.contact.site import Sites
 from rotor_contact.forces.dynamics import Motion
 from rotor_contact.forces.passive_bearings import same_passive, set_passive
 from rotor_contact.matrices.matrix_levels import choose_levels
 from rotor_contact.matrices.matrix_rows import build_slot, is_complete, share_of
+from rotor_contact.matrices.matrix_sizes import N_SITE_KEY
 from rotor_contact.matrices.speed_grid import (
     CONSTANT,
     STRIDE,
@@ -74,20 +76,14 @@ def count_of_steps(count: float, memory: np.record, largest: float) -> float:
 
 
 @kernel
-def _housing_is_unchanged(site: np.record, stored: np.record) -> bool:
+def _housing_is_unchanged(site: np.record, stored: Array) -> bool:
     """Return whether the housing of a site is unchanged; update its stored parameters."""
-    is_mounted = site.housing >= 0
-    row = float(site.housing)
-    same = stored.row == row
-    if is_mounted:
-        same = same and stored.mobility == site.mobility
-        same = same and stored.stiffness[0] == site.mount_stiffness_x and stored.stiffness[1] == site.mount_stiffness_y
-        same = same and stored.damping[0] == site.mount_damping_x and stored.damping[1] == site.mount_damping_y
-    if not same:
-        stored.row, stored.mobility = row, site.mobility
-        stored.stiffness[0], stored.stiffness[1] = site.mount_stiffness_x, site.mount_stiffness_y
-        stored.damping[0], stored.damping[1] = site.mount_damping_x, site.mount_damping_y
-    return bool(same)
+    stiffness, damping = (site.mount_stiffness_x, site.mount_stiffness_y), (site.mount_damping_x, site.mount_damping_y)
+    now, same = (float(site.housing), site.mobility, *stiffness, *damping), True
+    for i in range(N_SITE_KEY):
+        same = same and stored[i] == now[i]
+        stored[i] = now[i]
+    return same
 
 
 @kernel

@@ -6,9 +6,10 @@ import numpy as np
 
 from fmi_export.jit import views
 from fmi_export.records import record, size_of
-from rotor_contact.forces.excitation import first_unbalance
+from rotor_contact.forces.excitation import first_unbalance, n_pairs
 from rotor_contact.forces.passive_bearings import bearings_size
 from rotor_contact.shaft.lobatto import N_LOBATTO
+from rotor_contact.shaft.structure import Structure
 
 MAX_LEVELS = 6  # that are stored
 MOST_LEVELS = 14  # that are built: with more, rounding would matter
@@ -20,6 +21,7 @@ N_CONSTANT = 2  # slots of a constant speed: the one in use, and the next
 FIRST_CONSTANT = N_SLOTS + 1  # after that of the levels that are interpolated
 ALL_SLOTS = FIRST_CONSTANT + N_CONSTANT
 N_COMBINED = ALL_SLOTS * MAX_LEVELS + N_CONSTANT
+N_SITE_KEY = 6  # what the motion depends on, of each site (`matrix_schedule`)
 MAX_TERMS = 40  # of the series of a piece (`piece_series`)
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 PLANE_COLUMNS = 2 + PORT_COLUMNS  # of U: the initial acceleration before these
@@ -51,13 +53,6 @@ SIZES = record(
 # What is stored for a speed: its number on the grid, how many rows of all levels are complete, the reach of a step, and
 # whether y responds as x does.
 SLOT = record(("index", np.float64), ("n_rows", np.float64), ("reach", np.float64), ("isotropic", np.float64))
-# What motion depends on, per site: 1/m, stiffness and damping in x and y.
-SITE_KEY = record(
-    ("mobility", np.float64),
-    ("stiffness", np.float64, 2),
-    ("damping", np.float64, 2),
-    ("row", np.float64),
-)
 # Observations of a journal for the equations of its contact: the acceleration without contact at the start (m/s^2),
 # position and velocity at the Lobatto points after that, and the acceleration without contact at the end.
 JOURNAL = record(("x", np.float64), ("y", np.float64), ("v_x", np.float64), ("v_y", np.float64))
@@ -73,7 +68,7 @@ NODE = record(
 )
 # Speed of a level, as a position on the grid, and the pieces that it was used for there.
 BLEND = record(("index", np.float64), ("n_uses", np.float64))
-N_SIZES, N_SLOT, N_SITE_KEY, N_BLEND = size_of(SIZES), size_of(SLOT), size_of(SITE_KEY), size_of(BLEND)
+N_SIZES, N_SLOT, N_BLEND = size_of(SIZES), size_of(SLOT), size_of(BLEND)
 N_OBSERVED, N_NODE = size_of(OBSERVED), size_of(NODE)
 
 
@@ -128,15 +123,10 @@ def slot_size(n: int, n_ports: int, n_bearings: int, inputs: int) -> int:
 
 
 @views
-def most_ports(n_bearings: int, n_sites: int, n_faces: int) -> int:
-    return n_bearings + 2 * (n_sites + n_faces)
-
-
-@views
-def most_equations(n_sites: int, n_faces: int) -> int:
+def most_equations(s: Structure) -> int:
     """Return the largest number of unknown forces in a piece: those of all sites, or those of one face."""
-    of_face = 4 * (N_LOBATTO - 1) if n_faces > 0 else 0
-    return max(2 * (N_LOBATTO - 1) * n_sites, of_face)
+    of_face = 4 * (N_LOBATTO - 1) if s.n_faces > 0 else 0
+    return max(2 * (N_LOBATTO - 1) * s.sites.shape[0], of_face)
 
 
 @views
@@ -152,14 +142,6 @@ def series_size(n: int) -> int:
 
 
 @views
-def pieces_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int) -> int:
-    """Return the largest size (float64 values) of the scratch of a piece, which also serves to build the matrices."""
-    n_ports = most_ports(n_bearings, n_sites, n_faces)
-    n, rows, columns = n + 2 * n_sites, all_rows(n + 2 * n_sites, n_ports, inputs), n_columns(n_ports)
-    return rows + 8 * n + 8 * columns + (2 * N_LOBATTO * n_ports) * (columns + 3) + (8 + n_sites) * N_LOBATTO
-
-
-@views
 def whole_rows(n: int, n_bearings: int, n_sites: int) -> int:
     """Return the size of x in a whole step (`whole_step`)."""
     return 2 * n + 4 + 2 * N_LOBATTO * (n_bearings + n_sites)
@@ -172,35 +154,35 @@ def whole_columns(n: int) -> int:
 
 
 @views
-def whole_size(n: int, n_bearings: int, n_sites: int) -> int:
-    """Return how many float64 values the matrices of a whole step at a constant speed occupy; the number is even."""
-    rows, columns = whole_rows(n, n_bearings, n_sites), whole_columns(n)
-    return rows * columns + 2 * rows * rows + rows + columns + (rows + 2) * n_sites * N_OBSERVED
+def places_of_matrices(s: Structure) -> tuple[int, ...]:
+    """Return the positions of the parts of a `StepMatrices` after its sizes, in their order, and its total size.
 
-
-@views
-def powers_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool) -> int:
-    """Return how many float64 values the power forms need at most; none if there is neither shaft damping nor a
-    seal.
+    All numbers are even. A shaft with too many coordinates has no slots. Power forms exist only if there is shaft
+    damping or a seal. The scratch of pieces also serves to build the matrices.
     """
-    rows = all_rows(n + 2 * n_sites, most_ports(n_bearings, n_sites, n_faces), inputs)
-    return 2 * N_CONSTANT * MAX_LEVELS * rows * rows if is_damped and n <= MAX_COORDINATES else 0
-
-
-@views
-def memory_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int) -> int:
-    """Return the largest size (float64 values) of all slots; a shaft with too many coordinates has no slots."""
-    n_ports = most_ports(n_bearings, n_sites, n_faces)
-    return ALL_SLOTS * slot_size(n + 2 * n_sites, n_ports, n_bearings, inputs) if n <= MAX_COORDINATES else 0
-
-
-@views
-def matrices_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool) -> int:
-    """Return how many float64 values a `StepMatrices` occupies (even); `inputs` is the number of pairs of inputs."""
-    n_ports, n_equations = most_ports(n_bearings, n_sites, n_faces), most_equations(n_sites, n_faces)
-    size = N_SIZES + matrices_key_size(n_bearings, n_sites) + ALL_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
-    size += 2 * n_ports + 2 * pieces_size(n, n_bearings, n_sites, n_faces, inputs)
-    size += N_CONSTANT * (1 + 2 * n_bearings + whole_size(n + 2 * n_sites, n_bearings, n_sites)) + 2 * n_bearings
-    size += powers_size(n, n_bearings, n_sites, n_faces, inputs, is_damped) + 2 * inputs + N_COMBINED + 2 * n + 4
-    size += series_size(n + 2 * n_sites) + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
-    return size + memory_size(n, n_bearings, n_sites, n_faces, inputs)
+    m, n_bearings, n_sites, inputs = s.K.shape[0], s.bearings.shape[0], s.sites.shape[0], n_pairs(s)
+    n, n_ports = m + 2 * n_sites, n_bearings + 2 * (n_sites + s.n_faces)  # at most
+    rows, columns, n_equations = all_rows(n, n_ports, inputs), n_columns(n_ports), most_equations(s)
+    whole, has_slots = whole_rows(n, n_bearings, n_sites), m <= MAX_COORDINATES
+    slots = N_SIZES + matrices_key_size(n_bearings, n_sites)
+    blends = slots + ALL_SLOTS * N_SLOT
+    ports = blends + MAX_LEVELS * N_BLEND
+    constant = ports + 2 * n_ports
+    whole_steps = constant + N_CONSTANT * (1 + 2 * n_bearings)
+    of_whole = (whole + 1) * whole_columns(n) + 2 * whole * whole + whole + (whole + 2) * n_sites * N_OBSERVED
+    powers = whole_steps + N_CONSTANT * of_whole
+    gradients = powers + (2 * N_CONSTANT * MAX_LEVELS * rows * rows if s.is_damped and has_slots else 0)
+    amplitudes = gradients + 2 * n_bearings
+    combined = amplitudes + 2 * inputs
+    damping = combined + N_COMBINED
+    pieces = damping + 2 * m + 4
+    of_ports = 8 * columns + 2 * N_LOBATTO * n_ports * (columns + 3)
+    of_piece = rows + 8 * n + of_ports + (8 + n_sites) * N_LOBATTO
+    nodes = pieces + 2 * of_piece + series_size(n)
+    equations = nodes + n_sites * N_LOBATTO * N_NODE
+    memory = equations + n_equations * (n_equations + 1)
+    end = memory + (ALL_SLOTS * slot_size(n, n_ports, n_bearings, inputs) if has_slots else 0)
+    return (
+        *(slots, blends, ports, constant, whole_steps, powers, gradients, amplitudes, combined),
+        *(damping, pieces, nodes, equations, memory, end),
+    )

@@ -36,33 +36,25 @@ from rotor_contact.matrices.matrix_sizes import (
     BLEND,
     FIRST_CONSTANT,
     MAX_LEVELS,
-    N_BLEND,
     N_COMBINED,
     N_CONSTANT,
-    N_NODE,
+    N_SITE_KEY,
     N_SIZES,
-    N_SLOT,
     NODE,
     PLANE_COLUMNS,
-    SITE_KEY,
     SIZES,
     SLOT,
     level_size,
     matrices_key_size,
-    memory_size,
     most_equations,
-    most_ports,
     n_columns,
     n_rows,
-    pieces_size,
-    powers_size,
-    series_size,
+    places_of_matrices,
     slot_size,
-    whole_size,
 )
 from rotor_contact.shaft.linear_solver import Equations, equations_of
 from rotor_contact.shaft.lobatto import N_LOBATTO
-from rotor_contact.shaft.structure import REAL
+from rotor_contact.shaft.structure import REAL, Structure
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
 Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
@@ -71,14 +63,14 @@ Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
 class MatricesKey(NamedTuple):
     """Key of the matrices without the speed: all numbers, and named views into them.
 
-    The views are `step_size` (an array of length 1) and records of the types `BEARING` (without magnets and rows) and
-    `SITE_KEY`.
+    The views are `step_size` (an array of length 1), records of type `BEARING` (without magnets and rows), and the
+    numbers of the sites' housings, shape (n_sites, N_SITE_KEY).
     """
 
     values: Array
     step_size: Array
     bearings: Bearings
-    sites: Records
+    sites: Array
 
 
 class StepMatrices(NamedTuple):
@@ -251,51 +243,33 @@ def matrices_key_of(array: Array, at: int, n_bearings: int, n_sites: int) -> Mat
         part(array, at, REAL, matrices_key_size(n_bearings, n_sites)),
         part(array, at, REAL, 1),
         part(array, bearings, BEARING, n_bearings),
-        part(array, sites, SITE_KEY, n_sites),
+        part(array, sites, REAL, (n_sites, N_SITE_KEY)),
     )
 
 
 @views
-def step_matrices_of(
-    work: Array, at: int, n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool
-) -> StepMatrices:
+def step_matrices_of(work: Array, at: int, structure: Structure) -> StepMatrices:
     """Return a `StepMatrices` as views into an array, from position `at`."""
-    n_ports, n_equations = most_ports(n_bearings, n_sites, n_faces), most_equations(n_sites, n_faces)
-    n_pieces = 2 * pieces_size(n, n_bearings, n_sites, n_faces, inputs) + series_size(n + 2 * n_sites)
-    key = at + N_SIZES
-    slots = key + matrices_key_size(n_bearings, n_sites)
-    blends = slots + ALL_SLOTS * N_SLOT
-    ports = blends + MAX_LEVELS * N_BLEND
-    constant = ports + 2 * n_ports
-    whole_steps = constant + N_CONSTANT * (1 + 2 * n_bearings)
-    n_whole = whole_size(n + 2 * n_sites, n_bearings, n_sites)
-    powers = whole_steps + N_CONSTANT * n_whole
-    n_powers = powers_size(n, n_bearings, n_sites, n_faces, inputs, is_damped)
-    gradients = powers + n_powers
-    amplitudes = gradients + 2 * n_bearings
-    combined = amplitudes + 2 * inputs
-    damping = combined + N_COMBINED
-    pieces = damping + 2 * n + 4
-    nodes = pieces + n_pieces
-    equations = nodes + n_sites * N_LOBATTO * N_NODE
-    memory = equations + n_equations * (n_equations + 1)
+    n_bearings, n_sites, places = structure.bearings.shape[0], structure.sites.shape[0], places_of_matrices(structure)
+    slots, blends, ports, constant, whole_steps, powers, gradients, amplitudes, combined = places[:9]
+    damping, pieces, nodes, equations, memory, end = places[9:]
     return StepMatrices(
         part(work, at, SIZES, 1),
-        matrices_key_of(work, key, n_bearings, n_sites),
-        part(work, slots, SLOT, ALL_SLOTS),
-        part(work, blends, BLEND, MAX_LEVELS),
-        part(work, ports, REAL, 2 * n_ports),
-        part(work, memory, REAL, memory_size(n, n_bearings, n_sites, n_faces, inputs)),
-        part(work, constant, REAL, (N_CONSTANT, 1 + 2 * n_bearings)),
-        part(work, whole_steps, REAL, (N_CONSTANT, n_whole)),
-        part(work, powers, REAL, n_powers),
-        part(work, gradients, REAL, 2 * n_bearings),
-        part(work, amplitudes, REAL, 2 * inputs),
-        part(work, combined, REAL, N_COMBINED),
-        part(work, damping, REAL, 2 * n + 4),
-        part(work, pieces, REAL, n_pieces),
-        part(work, nodes, NODE, (n_sites, N_LOBATTO)),
-        equations_of(work, equations, n_equations),
+        matrices_key_of(work, at + N_SIZES, n_bearings, n_sites),
+        part(work, at + slots, SLOT, ALL_SLOTS),
+        part(work, at + blends, BLEND, MAX_LEVELS),
+        part(work, at + ports, REAL, constant - ports),
+        part(work, at + memory, REAL, end - memory),
+        part(work, at + constant, REAL, (N_CONSTANT, 1 + 2 * n_bearings)),
+        part(work, at + whole_steps, REAL, (N_CONSTANT, (powers - whole_steps) // N_CONSTANT)),
+        part(work, at + powers, REAL, gradients - powers),
+        part(work, at + gradients, REAL, 2 * n_bearings),
+        part(work, at + amplitudes, REAL, combined - amplitudes),
+        part(work, at + combined, REAL, N_COMBINED),
+        part(work, at + damping, REAL, pieces - damping),
+        part(work, at + pieces, REAL, nodes - pieces),
+        part(work, at + nodes, NODE, (n_sites, N_LOBATTO)),
+        equations_of(work, at + equations, most_equations(structure)),
     )
 
 
