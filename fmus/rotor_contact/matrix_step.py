@@ -49,7 +49,7 @@ from rotor_contact.pieces.piece_solution import (
     find_contact_forces,
     solve_piece,
 )
-from rotor_contact.pieces.smoothness import smooth_share
+from rotor_contact.pieces.site_in_piece import smooth_share
 from rotor_contact.shaft.structure import Structure
 from rotor_contact.substeps.contact_modes import FAULT_SINGULAR, resolve_modes
 from rotor_contact.substeps.substeps import EVENT_LIMIT, SHORTEST_FLIGHT, advance, apply_impacts

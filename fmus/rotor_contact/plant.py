@@ -20,9 +20,8 @@ from rotor_contact.contact.bodies import (
 )
 from rotor_contact.contact.compliant import is_any_compliant
 from rotor_contact.contact.constraints import project
-from rotor_contact.contact.heating import advance_temperature
 from rotor_contact.contact.site import Sites
-from rotor_contact.contact.site_totals import average
+from rotor_contact.contact.site_totals import advance_temperature, average
 from rotor_contact.contact.workspace import (
     N_INTEGRALS,
     Workspace,

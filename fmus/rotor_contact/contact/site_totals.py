@@ -4,10 +4,13 @@ An output that is collected over a step is declared in `site_variables`. In this
 `COLLECTED` or `SITE_INTEGRALS`, whose fields start each step at zero, or in `SITE_STATE` if it grows from step to step.
 The functions called in each step must also handle the output; they are called in this order:
 
-    begin_step -> (set_rates, collect_substep | collect_piece | collect_impact)* -> end_step -> average -> write_totals
+    begin_step -> (set_rates, collect_substep | collect_piece | collect_impact)* -> end_step -> average,
+    advance_temperature -> write_totals
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -97,6 +100,21 @@ def end_step(site: np.record, state: np.record, of_site: np.record) -> None:
 def average(site: np.record, of_site: np.record, step_size: float) -> None:
     """Set the mean normal force over a step of `step_size` (s)."""
     site.f_n_mean = (of_site.f_n + site.impulse) / step_size
+
+
+@kernel
+def advance_temperature(site: np.record, state: np.record, heat: float, ambient: float, step_size: float) -> None:
+    """Update the temperature (K) in the `state` of a site after a step of `step_size` (s) that produced `heat` (J).
+
+    A retainer is one heat capacity, C T' = P - h (T - T_ambient). P is the heat flow from friction, race drag and
+    impacts, assumed constant over a step.
+    """
+    if site.heat_capacity == 0.0:
+        return
+    exponent = site.heat_transfer * step_size / site.heat_capacity
+    mean_share = -math.expm1(-exponent) / exponent if exponent > 1e-12 else 1.0
+    excess = (state.temperature - ambient) * math.exp(-exponent) + heat / site.heat_capacity * mean_share
+    state.temperature = ambient + excess
 
 
 @kernel

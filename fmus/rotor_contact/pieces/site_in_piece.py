@@ -1,17 +1,27 @@
-"""Whether a site keeps its mode over a piece of a step, judged by its state at the four Lobatto points."""
+"""Whether sites keep their modes over a piece, and how smooth its forces are, judged at its four Lobatto points."""
 
 from __future__ import annotations
 
 import math
 
 from fmi_export.jit import kernel, noinline_kernel
+from rotor_contact.contact.face_forces import is_any_pressing
 from rotor_contact.contact.friction import STICK_SPEED, friction_limit, has_friction
-from rotor_contact.contact.path import Point, leaves_or_stays_within, share_before_touch
-from rotor_contact.contact.site import Site
+from rotor_contact.contact.path import Point, journal_of, leaves_or_stays_within, share_before_touch
+from rotor_contact.contact.site import Site, can_touch, is_constrained
 from rotor_contact.contact.site_totals import Nodes
-from rotor_contact.shaft.lobatto import LOBATTO_POINTS, positive_share
+from rotor_contact.contact.workspace import Workspace, stages_of
+from rotor_contact.matrices.step_matrices import StepMatrices
+from rotor_contact.pieces.face_in_piece import bend_of_face_forces
+from rotor_contact.pieces.piece import phase_error, piece_of
+from rotor_contact.pieces.piece_contact import observed_journal
+from rotor_contact.shaft.lobatto import LOBATTO_POINTS, N_LOBATTO, positive_share, third_difference
 from rotor_contact.variables.enumerations import ROLLING
 
+MAX_PHASE = 1e-5  # rad, by which the unbalance may be ahead or behind in the middle of a piece
+MAX_ROUGHNESS = 4e-3  # of the largest force: how far the cubic of a force may be from a parabola
+LEAST_FORCE = 1e-3  # N, that counts as none in judging forces
+BEND = 0.05  # t^3 is within a twentieth of a parabola
 MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
 CLOSE_MARGIN = 4e-6  # of the clearance, within which the path between Lobatto points is not trusted over a step
 
@@ -90,3 +100,44 @@ def clear_share(site: Site, begin: Point, points: Points, h: float, margin: floa
     if not leaves_or_stays_within(site, second, last, h * (1.0 - c_2), margin):
         return c_2 + share_before_touch(site, second, last, h * (1.0 - c_2)) * (1.0 - c_2)
     return 1.0
+
+
+@kernel
+def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float, float]:
+    """Return the share of a piece of length h (s) without contact events, and the ratio of its roughness to the limit.
+
+    Twice the length gives eight times the roughness.
+    """
+    piece, z = piece_of(matrices), stages_of(w.stages).z
+    share, roughness = 1.0, phase_error(piece) / MAX_PHASE
+    margin: float = close_margin(h / matrices.sizes[0].step_size)
+    largest = LEAST_FORCE
+    for k in range(w.sites.shape[0]):
+        if is_constrained(w.sites[k]):
+            for point in range(N_LOBATTO):
+                largest = max(largest, abs(matrices.nodes[k, point].f_n))
+    allowed = MAX_ROUGHNESS * largest
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if can_touch(site):
+            points = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2), _journal(site, matrices, k, 3)
+            share = min(share, clear_share(site, journal_of(site, z, w.n), points, h, margin))
+        elif is_constrained(site):
+            a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
+            rough_n = third_difference(a.f_n, b.f_n, c.f_n, d.f_n)
+            rough_t = third_difference(a.f_t, b.f_t, c.f_t, d.f_t)
+            roughness = max(roughness, BEND * max(rough_n, rough_t) / allowed)
+            first, second = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2)
+            roughness = max(roughness, off_circle(site, first, second))
+            share = min(share, share_in_mode(site, matrices.nodes[k]))
+    if is_any_pressing(w):
+        bend, force = bend_of_face_forces(w, matrices)
+        roughness = max(roughness, BEND * bend / (MAX_ROUGHNESS * max(force, LEAST_FORCE)))
+    return share, roughness
+
+
+@kernel
+def _journal(site: Site, matrices: StepMatrices, k: int, point: int) -> Point:
+    """Return the motion of journal k relative to its retainer's centre, at a Lobatto point after the first."""
+    at = observed_journal(site, matrices, piece_of(matrices).observed[6], k, point)
+    return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
