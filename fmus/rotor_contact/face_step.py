@@ -19,9 +19,8 @@ from rotor_contact.contact.bodies import couple_spin
 from rotor_contact.contact.compliant import is_any_compliant
 from rotor_contact.contact.face_forces import collect_losses, lean_of, set_lean, set_leans, set_torques
 from rotor_contact.contact.faces import Face, faces_of, penetration
-from rotor_contact.contact.workspace import Workspace, energy_integrals, stages_of, with_motion
+from rotor_contact.contact.workspace import Workspace, energy_integrals, stages_of
 from rotor_contact.forces.axial_motion import force_along, moved_along
-from rotor_contact.forces.dynamics import collect_coefficients, motion_at
 from rotor_contact.layout import State
 from rotor_contact.matrices.matrix_schedule import complete_speeds
 from rotor_contact.matrices.speed_grid import place_on_grid
@@ -34,12 +33,12 @@ from rotor_contact.matrix_step import (
     angle_and_speed_after,
     choose_matrices,
     find_forces_at,
+    integrate,
     is_slow,
     try_piece,
 )
 from rotor_contact.pieces.piece_energy import add_energies
 from rotor_contact.shaft.structure import Structure
-from rotor_contact.substeps.substeps import advance
 from rotor_contact.variables.enumerations import EVENTS, PIECES
 from rotor_contact.variables.signals import Inputs, Parameters
 
@@ -49,15 +48,12 @@ MAX_LEVEL = 10  # of parts of half the length
 
 
 @noinline_kernel
-def is_near_faces(
-    structure: Structure, parameters: Parameters, inputs: Inputs, w: Workspace, x: State, step_size: float
-) -> bool:
+def is_near_faces(structure: Structure, p: Parameters, u: Inputs, w: Workspace, x: State, step_size: float) -> bool:
     """Return whether the rotor touches a face, or might touch one within a step."""
     records, z, n = faces_of(w.faces, w.Minv.shape[0]).records, stages_of(w.stages).z, w.n
-    p, u, axial = parameters.thrust[0], inputs.thrust[0], x.axial[0]
-    force = force_along(structure.mass, parameters.scalars[0].gravity, p, u, axial.z)
-    mass = structure.mass
-    after, speed = moved_along(axial.z, axial.speed, force / mass, u.gradient / mass, step_size)
+    load, axial, mass = u.thrust[0], x.axial[0], structure.mass
+    force = force_along(mass, p.scalars[0].gravity, p.thrust[0], load, axial.z)
+    after, speed = moved_along(axial.z, axial.speed, force / mass, load.gradient / mass, step_size)
     way = max(abs(after - axial.z), max(abs(speed), abs(axial.speed)) * step_size)
     for k in range(records.shape[0]):
         face = records[k]
@@ -82,62 +78,43 @@ def _is_at_rest(face: Face, mass: float, force: float, axial: np.record) -> bool
 
 @noinline_kernel
 def advance_on_faces(
-    structure: Structure,
-    parameters: Parameters,
-    inputs: Inputs,
-    w: Workspace,
-    x: State,
-    matrices: StepMatrices,
-    law: int,
-    step_size: float,
-    is_held: bool,
+    structure: Structure, p: Parameters, u: Inputs, w: Workspace, x: State, matrices: StepMatrices, step_size: float
 ) -> int:
     """Advance z over a step of `step_size` (s) in parts, each beginning with the axial motion; return a fault code.
 
-    `is_held` states whether the spin is held but may be released later. A part is advanced in pieces by the matrices if
-    possible, and is otherwise integrated in substeps.
+    A part is advanced in pieces by the matrices if possible, and is otherwise integrated in substeps.
     """
-    records, z, head, solver = (
-        faces_of(w.faces, w.Minv.shape[0]).records,
-        stages_of(w.stages).z,
-        x.head[0],
-        parameters.scalars[0].solver,
-    )
-    gravity = parameters.scalars[0].gravity
+    records, z, head = faces_of(w.faces, w.Minv.shape[0]).records, stages_of(w.stages).z, x.head[0]
+    settings, mass = p.scalars[0], structure.mass
     set_leans(w, z, 0.0)
-    force = force_along(structure.mass, gravity, parameters.thrust[0], inputs.thrust[0], x.axial[0].z)
+    force = force_along(mass, settings.gravity, p.thrust[0], u.thrust[0], x.axial[0].z)
     stiffest, rests = 0.0, False
     for face in records:
         stiffest = max(stiffest, face.stiffness * face.enabled)
-        rests = rests or (face.is_pressed != 0.0 and _is_at_rest(face, structure.mass, force, x.axial[0]))
+        rests = rests or (face.is_pressed != 0.0 and _is_at_rest(face, mass, force, x.axial[0]))
     longest = PART_AT_REST if rests else PART
-    level, angle = 0, step_size * math.sqrt(stiffest / structure.mass)
+    level, angle = 0, step_size * math.sqrt(stiffest / mass)
     while angle > longest and level < MAX_LEVEL:
         level, angle = level + 1, 0.5 * angle
     parts = int(2.0**level)
     t = step_size / parts
     theta, Omega = w.motion.theta, w.motion.Omega
-    can_use = solver.exact_motion != 0.0 and choose_matrices(
-        structure, w, matrices, x.matrices_key, x.constant, step_size, is_held, head
-    )
+    can_use = settings.solver.exact_motion != 0.0 and choose_matrices(structure, w, matrices, x, settings, step_size)
     exact = True
     for _ in range(parts):
         set_leans(w, z, t)
-        work = move_onto_faces(structure.mass, gravity, parameters.thrust[0], inputs.thrust[0], x.axial[0], records, t)
+        work = move_onto_faces(mass, settings.gravity, p.thrust[0], u.thrust[0], x.axial[0], records, t)
         energy_integrals(z, w.n).work += work
         set_torques(w, z, Omega, t)
         done = 0.0
         if can_use:
             done, theta, Omega = _pass_pieces(w, matrices, level, step_size, theta, Omega, head)
         if done < 1.0:
-            motion, rest = motion_at(w.motion, theta, Omega), (1.0 - done) * t
-            collect_coefficients(structure, motion)
             if w.spin[0].row >= 0:
-                couple_spin(motion, w.spin[0], theta)
-            fault = advance(with_motion(w, motion), solver, law, rest, head)
+                couple_spin(w.motion, w.spin[0], theta)
+            fault, theta, Omega = integrate(structure, w, settings, theta, Omega, (1.0 - done) * t, head)
             if fault != 0:
                 return fault
-            theta, Omega = angle_and_speed_after(w, z, theta, Omega, rest)
             exact = False
         collect_losses(w)
     if can_use:
@@ -183,17 +160,14 @@ def _pass_piece(
     """Advance z over a piece of length h (s) if it has no events; return how it ended, and its roughness."""
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
     index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
-    if (
-        level >= sizes.n_levels
-        or is_any_compliant(w.sites)
-        or not is_slow(w, h)
-        or not complete_speeds(matrices, index)
-    ):
+    can_solve = level < sizes.n_levels and not is_any_compliant(w.sites) and is_slow(w, h)
+    if not (can_solve and complete_speeds(matrices, index)):
         return REJECTED, 0.0
     are_valid, before = find_forces_at(w, matrices, stages.z, theta, Omega)
     if not are_valid:
         return REJECTED, 0.0
-    outcome, share, roughness, taken = try_piece(w, matrices, level, index, h, 1.0, theta, Omega, before.torque, False)
+    never = int(sizes.n_levels)  # a piece is not cut
+    outcome, share, roughness, taken = try_piece(w, matrices, level, index, h, 1.0, theta, Omega, before.torque, never)
     if outcome == REJECTED:
         return REJECTED, roughness if share == 1.0 else 0.0
     after_theta, after_Omega = angle_and_speed_after(w, stages.z_new, theta, Omega, h)

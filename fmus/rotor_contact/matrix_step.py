@@ -24,6 +24,7 @@ from rotor_contact.contact.constraints import is_any_constrained
 from rotor_contact.contact.site import is_constrained
 from rotor_contact.contact.workspace import Workspace, stages_of, with_motion
 from rotor_contact.forces.dynamics import collect_coefficients, motion_at
+from rotor_contact.layout import State
 from rotor_contact.matrices.matrix_schedule import (
     STEPS_BEFORE_BUILD,
     complete_speeds,
@@ -31,7 +32,7 @@ from rotor_contact.matrices.matrix_schedule import (
     update_matrices,
 )
 from rotor_contact.matrices.speed_grid import note_use, place_on_grid
-from rotor_contact.matrices.step_matrices import MatricesKey, StepMatrices
+from rotor_contact.matrices.step_matrices import StepMatrices
 from rotor_contact.pieces.piece_cut import cut_piece
 from rotor_contact.pieces.piece_energy import (
     ShaftDamping,
@@ -54,7 +55,7 @@ from rotor_contact.shaft.structure import Structure
 from rotor_contact.substeps.contact_modes import FAULT_SINGULAR, resolve_modes
 from rotor_contact.substeps.substeps import EVENT_LIMIT, SHORTEST_FLIGHT, advance, apply_impacts
 from rotor_contact.variables.enumerations import EVENTS, EXACT, PIECES
-from rotor_contact.whole_steps.constant_speed import ConstantSpeed, follow, use_constant_speed, use_grid
+from rotor_contact.whole_steps.constant_speed import follow, use_constant_speed, use_grid
 from rotor_contact.whole_steps.exact_motion import take_whole_step
 
 NO_MATRICES_YET = -1
@@ -71,56 +72,38 @@ FASTEST_DRIVE = 0.3  # largest length of a piece times the rate at which drive a
 
 @noinline_kernel
 def advance_by_matrices(
-    structure: Structure,
-    w: Workspace,
-    matrices: StepMatrices,
-    key: MatricesKey,
-    constant: ConstantSpeed,
-    solver: np.record,
-    law: int,
-    step_size: float,
-    may_turn: bool,
-    memory: np.record,
+    structure: Structure, w: Workspace, matrices: StepMatrices, x: State, settings: np.record, step_size: float
 ) -> int:
     """Advance z over a communication step; return a fault code, or NO_MATRICES_YET with z unchanged.
 
-    `may_turn` states whether a spin that is held at its speed may be released.
-
-    `memory.method` records whether the step was one piece, several pieces, or partly integrated.
+    `State.head.method` records whether the step was one piece, several pieces, or partly integrated. `settings` are
+    the single parameters.
     """
-    if is_any_compliant(w.sites):
+    if is_any_compliant(w.sites) or not choose_matrices(structure, w, matrices, x, settings, step_size):
         return NO_MATRICES_YET
-    if not choose_matrices(structure, w, matrices, key, constant, step_size, may_turn, memory):
-        return NO_MATRICES_YET
-    memory.method = EXACT
+    x.head[0].method = EXACT
     if take_whole_step(w, matrices, step_size):
         return 0
-    fault: int = _advance_by_pieces(structure, w, matrices, solver, law, step_size, memory)
+    fault: int = _advance_by_pieces(structure, w, matrices, settings, step_size, x.head[0])
     return fault
 
 
 @noinline_kernel
 def _advance_by_pieces(
-    structure: Structure,
-    w: Workspace,
-    matrices: StepMatrices,
-    solver: np.record,
-    law: int,
-    step_size: float,
-    memory: np.record,
+    structure: Structure, w: Workspace, matrices: StepMatrices, settings: np.record, step_size: float, memory: np.record
 ) -> int:
     """Advance z by pieces where the matrices are complete; return a fault code."""
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
-    z, z_new, finest = stages.z, stages.z_new, int(sizes.n_levels) - 1
+    z, z_new, finest, series = stages.z, stages.z_new, int(sizes.n_levels) - 1, series_level(matrices)
+    shortest = SHORTEST_FLIGHT * 0.5**finest * step_size
     theta, Omega = w.motion.theta, w.motion.Omega
     are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
     # shares of the step: the part done, and that before which no event is expected; the least level of the next piece
     done, next_event, least_level, n_events = 0.0, 1.0, 0, 0
     while done < 1.0 - TIME_TOLERANCE:
         left, compliant = 1.0 - done, is_any_compliant(w.sites)
-        level = _level_for(
-            matrices, left, next_event - done, max(int(memory.level) if is_any_constrained(w.sites) else 0, least_level)
-        )
+        level = max(int(memory.level) if is_any_constrained(w.sites) else 0, least_level)
+        level = _level_for(left, next_event - done, level, finest, series)
         can_solve = not compliant and are_valid and n_events <= EVENT_LIMIT and is_slow(w, 0.5**finest * step_size)
         while can_solve and not is_slow(w, 0.5**level * step_size):
             level += 1
@@ -129,7 +112,7 @@ def _advance_by_pieces(
         if can_solve and complete_speeds(matrices, index):
             latest = min(left * 2.0**level, 1.0)
             outcome, share, roughness, taken = try_piece(
-                w, matrices, level, index, h, latest, theta, Omega, damping.torque, True
+                w, matrices, level, index, h, latest, theta, Omega, damping.torque, series
             )
             if outcome != REJECTED:
                 new_theta, new_Omega = angle_and_speed_after(w, z_new, theta, Omega, share * h)
@@ -147,7 +130,7 @@ def _advance_by_pieces(
                     memory.method = max(memory.method, PIECES)
                 if outcome == HAS_EVENT or not valid_after:
                     n_events, next_event = n_events + 1, 1.0
-                    fault = _pass_event(structure, w, theta, Omega, law, SHORTEST_FLIGHT * 0.5**finest * step_size)
+                    fault = _pass_event(structure, w, theta, Omega, int(settings.contact.impact_law), shortest)
                     if fault != 0:
                         return fault
                     theta, Omega = angle_and_speed_after(w, z, theta, Omega, 0.0)
@@ -158,45 +141,49 @@ def _advance_by_pieces(
             if level < finest:
                 if share < 1.0:
                     next_event = done + share * 0.5**level
-                    least_level = level + 1 if level >= series_level(matrices) else 0
+                    least_level = level + 1 if level >= series else 0
                 else:
                     least_level = int(level_for(level, roughness, finest + 1))
                     memory.level = float(least_level)
                 continue
         length = left if not can_solve and are_valid else min(left, 0.5 ** (level if are_valid else finest))
-        part = motion_at(w.motion, theta, Omega)
-        collect_coefficients(structure, part)
-        fault = advance(with_motion(w, part), solver, law, length * step_size, memory)
+        fault, theta, Omega = integrate(structure, w, settings, theta, Omega, length * step_size, memory)
         if fault != 0:
             return fault
         memory.method = EVENTS
         memory.level = float(finest) if is_any_constrained(w.sites) else 0.0
-        theta, Omega = angle_and_speed_after(w, z, theta, Omega, length * step_size)
         done, next_event, least_level = done + length, 1.0, 0
         are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
     return 0
 
 
+@kernel
+def integrate(
+    structure: Structure, w: Workspace, settings: np.record, theta: float, Omega: float, t: float, memory: np.record
+) -> tuple[int, float, float]:
+    """Advance z over a time t (s) in substeps; return a fault code, and angle and speed of the rotor afterwards."""
+    part = motion_at(w.motion, theta, Omega)
+    collect_coefficients(structure, part)
+    fault = advance(with_motion(w, part), settings, t, memory)
+    theta, Omega = angle_and_speed_after(w, stages_of(w.stages).z, theta, Omega, t)
+    return fault, theta, Omega
+
+
 @inlined_kernel
 def choose_matrices(
-    structure: Structure,
-    w: Workspace,
-    matrices: StepMatrices,
-    key: MatricesKey,
-    constant: ConstantSpeed,
-    step_size: float,
-    may_turn: bool,
-    memory: np.record,
+    structure: Structure, w: Workspace, matrices: StepMatrices, x: State, settings: np.record, step_size: float
 ) -> bool:
     """Build and choose the matrices of a step, for a constant speed or on the grid; return whether they can be used.
 
     At a constant speed, matrices of the grid are built in advance only for a spin that may be released.
     """
-    motion, speed = w.motion, constant.speed[0]
-    is_constant = w.spin[0].row < 0 and motion.Omega_dot == 0.0
-    is_same, n_steps = steps_with_matrices(motion, w.sites, step_size, key, memory)
-    follow(motion, is_constant, is_same, constant, memory)
+    motion, key, constant, speed = w.motion, x.matrices_key, x.constant, x.constant.speed[0]
+    is_prescribed = w.spin[0].row < 0
+    is_same, n_steps = steps_with_matrices(motion, w.sites, step_size, key, x.head[0])
+    is_constant = is_prescribed and motion.Omega_dot == 0.0
+    follow(motion, is_constant, is_same, constant, x.head[0])
     is_constant = is_constant and motion.Omega == speed.Omega and is_same
+    may_turn = is_prescribed and settings.spin.free != 0.0
     share, is_known = min(n_steps / STEPS_BEFORE_BUILD, 1.0), is_constant and speed.is_known != 0.0
     use_grid(matrices)
     can_use = False
@@ -220,13 +207,13 @@ def try_piece(
     theta: float,
     Omega: float,
     torque: float,
-    may_cut: bool,
+    first_cut: int,
 ) -> tuple[int, float, float, float]:
     """Solve a piece of length h (s) up to its share `latest` or an earlier event; write the state there to z_new.
 
     Returns how and after which share the piece ended, the roughness of its forces, and the energy (J) that dampers
-    took. A piece that has to be cut is rejected if it is too long for its series, or if `may_cut` is false. In that
-    case, no event occurs before the returned share.
+    took. A piece that has to be cut is rejected if its level is less than `first_cut`. In that case, no event occurs
+    before the returned share.
     """
     note_use(matrices, level, index)
     begin_piece(w, matrices, level, index)
@@ -237,21 +224,16 @@ def try_piece(
         return REJECTED, 1.0, roughness, 0.0
     complete_forces(matrices)
     if share < latest or latest < 1.0:
-        if (
-            not may_cut
-            or level < series_level(matrices)
-            or (roughness > ROUGHEST_CUT and level + 1.0 < matrices.sizes[0].n_levels)
-        ):
+        if level < first_cut or (roughness > ROUGHEST_CUT and level + 1.0 < matrices.sizes[0].n_levels):
             return REJECTED, share, roughness, 0.0
         n_terms, event = find_event(w, matrices, index, h, share, latest)
         if n_terms == 0:
             return REJECTED, share, roughness, 0.0
-        if event <= latest:
-            taken = cut_piece(w, matrices, index, n_terms, h, event, torque, True)
-            return HAS_EVENT, event, roughness, taken
-        if latest < 1.0:
-            taken = cut_piece(w, matrices, index, n_terms, h, latest, torque, False)
-            return ENDS, latest, roughness, taken
+        has_event = event <= latest
+        if has_event or latest < 1.0:
+            end = event if has_event else latest
+            taken = cut_piece(w, matrices, index, n_terms, h, end, torque, has_event)
+            return HAS_EVENT if has_event else ENDS, end, roughness, taken
     if not end_piece(w, matrices, level, index, h):
         return REJECTED, 1.0, TOO_ROUGH, 0.0
     return ENDS, 1.0, roughness, energy_taken(matrices, level, index)
@@ -285,13 +267,13 @@ def series_level(matrices: StepMatrices) -> int:
 
 
 @kernel
-def _level_for(matrices: StepMatrices, rest: float, clear: float, level: int) -> int:
-    """Return the level, at least `level`, of the next piece, where `rest` is the remaining share of the step.
+def _level_for(rest: float, clear: float, level: int, last: int, series: int) -> int:
+    """Return the level, from `level` to `last`, of the next piece, where `rest` is the remaining share of the step.
 
     No piece is longer than necessary. A piece that has to be cut, at the end of the step or on an event, must be short
-    enough for its series. An event is expected after the share `clear` at the earliest.
+    enough for its series, which begins at the level `series`. An event is expected after the share `clear` at the
+    earliest.
     """
-    last, series = int(matrices.sizes[0].n_levels) - 1, series_level(matrices)
     while level < last and 0.5 ** (level + 1) >= rest * (1.0 - TIME_TOLERANCE):
         level += 1
     while level < last and level < series and 0.5**level > min(rest, clear) + TIME_TOLERANCE:

@@ -33,13 +33,7 @@ from rotor_contact.contact.workspace import (
 from rotor_contact.face_step import advance_on_faces, is_near_faces
 from rotor_contact.forces.axial_motion import move_along
 from rotor_contact.forces.dynamics import ROUNDING as UNCHANGED
-from rotor_contact.forces.dynamics import (
-    add_magnetic_forces,
-    collect_coefficients,
-    motion_at,
-    motion_of,
-    set_bearings,
-)
+from rotor_contact.forces.dynamics import add_magnetic_forces, collect_coefficients, motion_at, motion_of, set_bearings
 from rotor_contact.forces.excitation import collect_amplitudes, collect_forces
 from rotor_contact.initial_orbit import clamp_to_clearance, start_on_orbit
 from rotor_contact.layout import (
@@ -163,7 +157,7 @@ def step(
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
-    solver, law = p.scalars[0].solver, int(p.scalars[0].contact.impact_law)
+    settings, solver = p.scalars[0], p.scalars[0].solver
     if step_size > MAX_SUBSTEPS * solver.max_substep:
         return FAULT_LONG_STEP
     x, scratch = state_of(state, structure), scratch_of(work, structure)
@@ -171,7 +165,7 @@ def step(
     n = _prepare(structure, parameters, inputs, scratch)
     load_sites(x.sites, scratch)
     Omega, Omega_dot = u.scalars[0].Omega, u.scalars[0].Omega_dot
-    is_held = p.scalars[0].spin.free != 0.0 and spin.row < 0
+    is_held = settings.spin.free != 0.0 and spin.row < 0
     if head.is_held != 0.0 and not is_held:
         release_spin(head, x.z, n)
     if head.is_held == 0.0 and is_held:
@@ -197,7 +191,7 @@ def step(
     load_faces(x.faces, w)
     touches = structure.n_faces > 0 and is_near_faces(structure, p, u, w, x, step_size)
     if structure.n_thrust > 0 and not touches:
-        along = move_along(structure.mass, p.scalars[0].gravity, p.thrust[0], u.thrust[0], x.axial[0], step_size)
+        along = move_along(structure.mass, settings.gravity, p.thrust[0], u.thrust[0], x.axial[0], step_size)
         energy_integrals(z, n).work += along
     if spin.row < 0 and abs(Omega - head.speed) > ROUNDING * abs(Omega):
         energy_integrals(z, n).work += _work_of_jump(w, Omega)
@@ -208,14 +202,13 @@ def step(
         w = with_motion(w, motion)
     if touches:
         head.method = _method(solver, scratch.sites)
-        fault = advance_on_faces(structure, p, u, w, x, scratch.matrices, law, step_size, is_held)
+        fault = advance_on_faces(structure, p, u, w, x, scratch.matrices, step_size)
     elif is_exact:
-        matrices, key, constant = scratch.matrices, x.matrices_key, x.constant
-        fault = advance_by_matrices(structure, w, matrices, key, constant, solver, law, step_size, is_held, head)
+        fault = advance_by_matrices(structure, w, scratch.matrices, x, settings, step_size)
     if fault == NO_MATRICES_YET:
         head.method = _method(solver, scratch.sites)
         collect_coefficients(structure, motion)
-        fault = advance(w, solver, law, step_size, head)
+        fault = advance(w, settings, step_size, head)
     if fault != 0:
         return fault
     if head.method == EXACT or head.method == PIECES:
@@ -232,7 +225,7 @@ def step(
     for k in range(scratch.sites.shape[0]):
         site, of_site = scratch.sites[k], site_integrals(z, n, k)
         average(site, of_site, step_size)
-        advance_temperature(site, x.sites[k], of_site.heat, p.scalars[0].ambient_temperature, step_size)
+        advance_temperature(site, x.sites[k], of_site.heat, settings.ambient_temperature, step_size)
     write_outputs(structure, p, w, x, Omega, step_size, y)
     error = energy_error(y.scalars[0].energy, head)
     y.scalars[0].solver.energy_missed = 1.0 if error > 0.1 * solver.energy_limit else 0.0

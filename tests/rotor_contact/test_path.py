@@ -9,10 +9,10 @@ from scipy.optimize import brentq
 
 from rotor_contact.contact.path import (
     Point,
+    keeps_distance,
     leaves_or_stays_within,
     point_of,
     share_before_touch,
-    stays_within,
     touch_time,
 )
 from rotor_contact.matrices.matrix_schedule import STEPS_BEFORE_BUILD
@@ -116,7 +116,7 @@ def test_the_hull_of_the_path_is_that_of_its_bezier_points(off_centre):
         begin, end = random_ends(rng, 0.5)
         hull = np.hypot(*cubic(begin, end, H).c[:, 0].T) / CLEARANCE
         result.append(bool(np.max(hull) < 0.9))
-        assert stays_within(off_centre, *states_of(off_centre, begin, end), H, 8, 0.1) is result[-1]
+        assert keeps_distance(off_centre, begin, end, H, 0.1) is result[-1]
     assert 300 < sum(result) < 2700
 
 
@@ -137,7 +137,7 @@ def test_the_time_of_touch_is_where_the_path_crosses_the_circle(off_centre):
         crossed += 1
         path = cubic(begin, end, H)
         expected = brentq(lambda t, path=path: np.hypot(*path(t)) - CLEARANCE, 0.0, H, xtol=1e-18)
-        result = touch_time(off_centre, *states_of(off_centre, begin, end), H, 8)
+        result = touch_time(off_centre, begin, end, H)
         assert result == pytest.approx(expected, abs=1e-10 * H)
 
 

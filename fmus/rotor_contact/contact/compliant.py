@@ -11,13 +11,7 @@ from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.contact.friction import compliant_friction, compliant_friction_damping
 from rotor_contact.contact.response import add_contact_response, set_spin_response
-from rotor_contact.contact.site import (
-    Site,
-    Sites,
-    locate_journal,
-    radial_component,
-    slip_velocity,
-)
+from rotor_contact.contact.site import Site, Sites, locate_journal, radial_component, slip_velocity
 from rotor_contact.contact.workspace import Workspace
 from rotor_contact.variables.contact_laws import CONSTRAINT, compliant_response
 from rotor_contact.variables.enumerations import FREE

@@ -35,24 +35,6 @@ class Point(NamedTuple):
 
 
 @kernel
-def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: float) -> bool:
-    """Return whether the path of a site's journal stays `margin` times the clearance away from its retainer.
-
-    Parameters
-    ----------
-    site
-        The site.
-    z, z_new
-        States that begin with displacements (m) and velocities (m/s), n of each.
-    dt
-        Time between them (s).
-    n, margin
-        Number of degrees of freedom, and a fraction of the clearance.
-    """
-    return keeps_distance(site, point_of(site, z, n), point_of(site, z_new, n), dt, margin)
-
-
-@kernel
 def keeps_distance(site: Site, begin: Point, end: Point, dt: float, margin: float) -> bool:
     """Return whether the path between two points keeps a distance of `margin` times the clearance from the retainer.
 
@@ -69,14 +51,14 @@ def keeps_distance(site: Site, begin: Point, end: Point, dt: float, margin: floa
 
 @kernel
 def point_of(site: Site, z: Array, n: int) -> Point:
-    """Return the position of a journal in a fixed retainer for a given state (see `stays_within` for arguments)."""
+    """Return the motion of a journal in a fixed retainer; z begins with n displacements (m) and n velocities (m/s)."""
     row = site.row
     return Point(z[row] - site.offset_x, z[row + 1] - site.offset_y, z[n + row], z[n + row + 1])
 
 
 @kernel
 def journal_of(site: Site, z: Array, n: int) -> Point:
-    """Return the position of a journal in its retainer, whose housing may move (see `stays_within` for arguments)."""
+    """Return the motion of a journal in its retainer, whose housing may move; for z see `point_of`."""
     at, row = point_of(site, z, n), site.housing
     if row >= 0:
         return Point(at.x - z[row], at.y - z[row + 1], at.v_x - z[n + row], at.v_y - z[n + row + 1])
@@ -106,9 +88,9 @@ def leaves_or_stays_within(site: Site, begin: Point, end: Point, dt: float, marg
 
 
 @kernel
-def touch_time(site: Site, z: Array, z_new: Array, dt: float, n: int) -> float:
-    """Return the time (s) at which a path that ends outside its retainer leaves it (arguments: see `stays_within`)."""
-    return _crossing(site.clearance, point_of(site, z, n), point_of(site, z_new, n), dt, N_BISECTIONS)[1] * dt
+def touch_time(site: Site, begin: Point, end: Point, dt: float) -> float:
+    """Return the time (s), up to `dt`, at which a path that ends outside its retainer leaves it."""
+    return _crossing(site.clearance, begin, end, dt, N_BISECTIONS)[1] * dt
 
 
 @kernel

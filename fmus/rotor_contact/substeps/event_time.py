@@ -21,7 +21,7 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.contact.compliant import reversed_push
 from rotor_contact.contact.friction import friction_excess, has_friction, reversed_slip
-from rotor_contact.contact.path import touch_time
+from rotor_contact.contact.path import point_of, touch_time
 from rotor_contact.contact.site import (
     Site,
     Sites,
@@ -79,13 +79,14 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
     """
     n, stages = w.n, stages_of(w.stages)
     z, z_new = stages.z, stages.z_new
-    _move_end(w.sites, z_new, n, spin_speed(w, tau + dt, z_new), True, False)
+    side = 0
+    _move_end(w.sites, z_new, n, spin_speed(w, tau + dt, z_new), side == 0, side != 0)
     derivative(w, tau, z, stages.k_new)  # for the forces at z
-    _move_end(w.sites, z, n, spin_speed(w, tau, z), False, False)
+    _move_end(w.sites, z, n, spin_speed(w, tau, z), side != 0, side != 0)
     for site in w.sites:
         for which in range(N_INDICATORS):
             site.before[which] = min(site.before[which], -EVENT_OFFSET)
-    low, high, trial, side = 0.0, dt, dt, 0
+    low, high, trial = 0.0, dt, dt
     for _ in range(100):
         if high - low <= 1e-15 * dt:
             break
@@ -144,7 +145,7 @@ def _first_crossing(w: Workspace, low: float, high: float, last: float, side: in
                 touch = low
                 outward = radial_component(site, stages.z_new[n : 2 * n])
                 if side == 0:
-                    touch = touch_time(site, stages.z, stages.z_new, high, n)
+                    touch = touch_time(site, point_of(site, stages.z, n), point_of(site, stages.z_new, n), high)
                 elif outward > 0.0:
                     touch = last - (f_high if last == high else f_low) * site.clearance / outward
                 if low < touch < high:

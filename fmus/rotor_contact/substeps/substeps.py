@@ -13,23 +13,12 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.contact.impact import mark_touching, newton_impact, nodal_impact
-from rotor_contact.contact.path import leaves_or_stays_within, point_of, stays_within
-from rotor_contact.contact.site import (
-    Sites,
-    can_impact,
-    can_touch,
-    locate_journal,
-)
+from rotor_contact.contact.path import keeps_distance, leaves_or_stays_within, point_of
+from rotor_contact.contact.site import Sites, can_impact, can_touch, locate_journal
 from rotor_contact.contact.workspace import Workspace, stages_of
 from rotor_contact.substeps.contact_modes import FAULT_SINGULAR, resolve_modes
 from rotor_contact.substeps.event_time import TOLERANCE, indicator, locate_event
-from rotor_contact.substeps.integration import (
-    collect_last_substep,
-    spin_speed,
-    substep,
-    substep_limit,
-    velocity_error,
-)
+from rotor_contact.substeps.integration import collect_last_substep, spin_speed, substep, substep_limit, velocity_error
 from rotor_contact.variables.enumerations import NODAL
 
 FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF = 1, 8
@@ -57,15 +46,14 @@ def largest_penetration(sites: Sites, q: Array) -> float:
 @kernel
 def may_touch_between(w: Workspace, dt: float) -> bool:
     """Return whether the path of any free journal from z to z_new may cross its retainer."""
-    n = w.n
     stages = stages_of(w.stages)
     for site in w.sites:
-        if not can_touch(site) or stays_within(site, stages.z, stages.z_new, dt, n, 0.0):
-            continue
-        if site.housing >= 0:
-            return True
-        if not leaves_or_stays_within(site, point_of(site, stages.z, n), point_of(site, stages.z_new, n), dt, 0.0):
-            return True
+        if can_touch(site):
+            begin, end = point_of(site, stages.z, w.n), point_of(site, stages.z_new, w.n)
+            if not keeps_distance(site, begin, end, dt, 0.0) and (
+                site.housing >= 0 or not leaves_or_stays_within(site, begin, end, dt, 0.0)
+            ):
+                return True
     return False
 
 
@@ -88,16 +76,16 @@ def apply_impacts(w: Workspace, Omega: float, law: int, rebounds: bool) -> bool:
 
 
 @noinline_kernel
-def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory: np.record) -> int:
-    """Advance z over a communication step of `step_size` (s); return a fault code.
+def advance(w: Workspace, settings: np.record, step_size: float, memory: np.record) -> int:
+    """Advance z over a time `step_size` (s); return a fault code. `settings` are the single parameters.
 
     Substeps are at most `solver.max_substep` long, shorter during fast whirl, and end on events. They are halved, up to
     `MAX_HALVINGS` times, while the error of their velocities exceeds `solver.tolerance` (m/s). `memory.n_halvings`
     stores the number of halvings for the next step; `memory.tolerance_missed` is set if `MAX_HALVINGS` halvings were
     not sufficient. More than `MAX_SUBSTEPS` substeps cause a fault, so every step ends.
     """
-    n = w.n
-    stages = stages_of(w.stages)
+    n, stages = w.n, stages_of(w.stages)
+    solver, law = settings.solver, int(settings.contact.impact_law)
     substeps = max(math.ceil(step_size / solver.max_substep - 1e-9), 1)
     longest = step_size / substeps
     shortest = SHORTEST_FLIGHT * longest
