@@ -20,14 +20,8 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
 
     K q_s = steady,  (K - Omega^2 + i Omega C) Q = Omega^2 (cosine - i sine)        (coefficients of `Motion`)
 
-    Parameters
-    ----------
-    motion
-        The motion; its angle theta is the start angle, and its spin speed is taken as constant.
-    equations
-        Room for 2 n equations.
-    q, v
-        Displacement (m) and velocity (m/s), written here, shape (n,).
+    The angle theta of the motion is the start angle, and its spin speed is taken as constant. q (m) and v (m/s) are
+    written here, shape (n,); `equations` is room for 2 n equations.
     """
     n = q.shape[0]
     A, b = equations

@@ -73,53 +73,29 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
 
 class State(NamedTuple):
-    """The state: `HEAD` in an array of length 1, the latest key and constant speed, the sites, z = (q, v, integrals).
+    """The state as views."""
 
-    `axial` contains one record of the motion along the shaft if the rotor has a thrust disc, else none; `faces`
-    contains records of type `FACE_STATE`. z has room for all possible bodies; with fewer bodies, only its first part is
-    used.
-    """
-
-    head: Records
-    matrices_key: MatricesKey
+    head: Records  # of type `HEAD`, in an array of length 1
+    matrices_key: MatricesKey  # of the last step
     constant: ConstantSpeed
-    sites: Records
-    axial: Records
-    faces: Records
-    z: Array
+    sites: Records  # of type `SITE_STATE`
+    axial: Records  # one of type `AXIAL` if the rotor has a thrust disc, else none
+    faces: Records  # of type `FACE_STATE`
+    z: Array  # (q, v, integrals), with room for all possible bodies; with fewer, only the first part is used
 
 
 class Scratch(NamedTuple):
-    """The scratch array as views.
-
-    matrices
-        Matrices kept from step to step; `step_matrices.is_for` and `matrix_rows.is_complete` check whether they are
-        still valid.
-    spin, sites, equations
-        As in `Workspace`.
-    stages
-        Memory of `Workspace.stages`.
-    motion, bearings
-        Memory of the motion: `Motion.rows`, `Motion.bearings`.
-    site_rows
-        The sites' records as numbers, shape (n_sites, N_SITE).
-    orbit
-        Equations of the steady orbit, shape (2 n, 2 n + 1).
-    step_cache
-        Parameters and inputs on which the non-magnetic forces and the records of sites, faces and spin depend.
-    faces
-        As in `Workspace`.
-    """
+    """The scratch array as views; `spin`, `sites`, `equations` and `faces` are those of `Workspace`."""
 
     spin: Records
-    matrices: StepMatrices
-    stages: Array
+    matrices: StepMatrices  # kept from step to step; `is_for` and `is_complete` check whether they are still valid
+    stages: Array  # memory of `Workspace.stages`
     sites: Sites
     equations: Equations
-    motion: Array
-    bearings: Bearings
-    site_rows: Array
-    orbit: Equations
+    motion: Array  # memory of `Motion.rows`
+    bearings: Bearings  # memory of `Motion.bearings`
+    site_rows: Array  # the sites' records as numbers, shape (n_sites, N_SITE)
+    orbit: Equations  # of the steady orbit, shape (2 n, 2 n + 1)
     step_cache: StepCache
     faces: Array
 
@@ -282,8 +258,7 @@ def hold_spin(z: Array, n: int) -> None:
 def load_sites(states: Records, scratch: Scratch) -> None:
     """Set the modes of the sites from their states, and reset everything that is collected over a step."""
     for k in range(states.shape[0]):
-        for i in range(COLLECTED_FROM, COLLECTED_TO):
-            scratch.site_rows[k, i] = 0.0
+        scratch.site_rows[k, COLLECTED_FROM:COLLECTED_TO] = 0.0
         begin_step(scratch.sites[k], states[k])
 
 
@@ -307,8 +282,7 @@ def load_faces(states: Records, w: Workspace) -> None:
     records = faces_of(w.faces, w.Minv.shape[0]).records
     numbers = part(w.faces, 0, REAL, (records.shape[0], N_FACE))
     for k in range(records.shape[0]):
-        for i in range(FACE_COLLECTED_FROM, FACE_COLLECTED_TO):
-            numbers[k, i] = 0.0
+        numbers[k, FACE_COLLECTED_FROM:FACE_COLLECTED_TO] = 0.0
         records[k].is_pressed = states[k].is_pressed
 
 

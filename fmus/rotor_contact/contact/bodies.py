@@ -29,17 +29,15 @@ CONSTANT_BEYOND = 20.0  # of these speeds, the constant drag no longer depends o
 RESOLUTION = 0.2  # of a body's fastest time constant; a substep is no longer
 SHORTEST_SUBSTEP = 1e-7  # s; no body requires a shorter one
 
-# The spin during a step: its degree of freedom, -1 if the speed is prescribed or held; inertia (kg m^2), drag (N m s),
-# the drive's demanded speed (rad/s), gain (N m s), torque and its limit (N m); and 1/sqrt(J - p . M^-1 p).
-SPIN = record(
-    ("row", np.int64),
-    ("inertia", np.float64),
-    ("drag", np.float64),
-    ("demanded", np.float64),
+SPIN = record(  # during a step
+    ("row", np.int64),  # degree of freedom, -1 if the speed is prescribed or held
+    ("inertia", np.float64),  # kg m^2
+    ("drag", np.float64),  # N m s
+    ("demanded", np.float64),  # of the drive: its demanded speed (rad/s), gain (N m s), torque and its limit (N m)
     ("gain", np.float64),
     ("torque", np.float64),
     ("torque_limit", np.float64),
-    ("scale", np.float64),
+    ("scale", np.float64),  # 1/sqrt(J - p . M^-1 p)
 )
 Spin = np.record
 

@@ -86,19 +86,9 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
     that would be pulled are omitted), and a Coulomb impulse that opposes slip and cannot reverse it. The coefficient of
     friction is evaluated at the slip velocity before the impact.
 
-    Parameters
-    ----------
-    w
-        The workspace; `site.touching` marks the sites that touch, `site.rebound` is their coefficient of restitution e.
-    v
-        Velocities (m/s), changed in place.
-    Omega
-        Spin speed (rad/s), if it is prescribed.
-
-    Notes
-    -----
-    If restitution and friction would create energy (possible with several coupled sites), the impact is repeated
-    without them. The energy balance includes the energy that friction takes from the spin.
+    `site.touching` marks the sites that touch, and `site.rebound` is their coefficient of restitution e; v (m/s) is
+    changed in place. If restitution and friction would create energy (possible with several coupled sites), the impact
+    is repeated without them. The energy balance includes the energy that friction takes from the spin.
     """
     stages = stages_of(w.stages)
     before = stages.before[: v.shape[0]]

@@ -23,69 +23,36 @@ N_STAGES = 9
 
 
 class Stages(NamedTuple):
-    """States z = (q, v, energy integrals, integrals of sites and faces) in a substep, and their derivatives.
+    """Rows of `Workspace.stages`: states z = (q, v, energy integrals, integrals of sites and faces), and derivatives.
 
     Each has the shape (2 n + N_INTEGRALS + N_SITE_INTEGRALS n_sites + N_FACE_INTEGRALS n_faces,), where n is the total
     number of degrees of freedom.
-
-    They are the rows of `Workspace.stages`.
-
-    z, z_new
-        States at the beginning and the end of the substep.
-    k_1, k_new
-        Derivatives of z and z_new.
-    trial, k_2, k_3, k_4
-        State and derivatives of the Runge-Kutta stages in between.
-    before
-        Velocities before an impact (m/s).
     """
 
-    z: Array
-    z_new: Array
-    k_1: Array
+    z: Array  # at the beginning of a substep
+    z_new: Array  # at its end
+    k_1: Array  # derivatives of z and z_new
     k_new: Array
-    trial: Array
+    trial: Array  # state and derivatives of the Runge-Kutta stages in between
     k_2: Array
     k_3: Array
     k_4: Array
-    before: Array
+    before: Array  # velocities before an impact (m/s)
 
 
 class Workspace(NamedTuple):
-    """Rotor, motion, contact sites, contact equations and integration stages of a step.
+    """Rotor, motion, contact sites, contact equations and integration stages of a step."""
 
-    n
-        Total number of degrees of freedom: m of the shaft, and those of the bodies.
-    forms
-        Mass and damping matrices of the shaft (see `Structure`), shape (3 m, m).
-    Minv
-        Inverse of the shaft's mass matrix, shape (m, m).
-    motion
-        Coefficients of the shaft's motion without contact.
-    spin
-        Record of type `bodies.SPIN`, in an array of length 1.
-    sites
-        Records of type `site.SITE`.
-    equations
-        Room for the contact equations, two for each site.
-    stages
-        States and derivatives of the integration, for `stages_of`.
-    n_translations
-        Number of degrees of freedom that are translations of planes; these precede all others.
-    faces
-        Records and rows of the faces, for `faces.faces_of`.
-    """
-
-    n: int
-    forms: Array
-    Minv: Array
-    motion: Motion
-    spin: Sites
+    n: int  # total number of degrees of freedom: m of the shaft, and those of the bodies
+    forms: Array  # mass and damping matrices of the shaft (see `Structure`), shape (3 m, m)
+    Minv: Array  # inverse of its mass matrix, shape (m, m)
+    motion: Motion  # coefficients of the shaft's motion without contact
+    spin: Sites  # record of type `bodies.SPIN`, in an array of length 1
     sites: Sites
-    equations: Equations
-    stages: Array
-    n_translations: int
-    faces: Array
+    equations: Equations  # room for the contact equations, two for each site
+    stages: Array  # states and derivatives of the integration, for `stages_of`
+    n_translations: int  # of the degrees of freedom, the first ones, which are translations of planes
+    faces: Array  # records and rows of the faces, for `faces_of`
 
 
 @views

@@ -49,47 +49,29 @@ class Coefficients(NamedTuple):
 
 
 class SpinCoupling(NamedTuple):
-    """Coupling of the shaft to a free spin, shape (n,) each; see `bodies`.
+    """Coupling of the shaft to a free spin, shape (n,) each; see `bodies`."""
 
-    p
-        Force on the shaft (N) that opposes a unit angular acceleration of the spin; also the torque on the spin that
-        opposes a unit q''.
-    s
-        M^-1 p, scaled by 1/sqrt(J - p^T M^-1 p).
-    """
-
+    # Force on the shaft (N) that opposes a unit angular acceleration of the spin; also the torque on the spin that
+    # opposes a unit q''.
     p: Array
-    s: Array
+    s: Array  # M^-1 p, scaled by 1/sqrt(J - p^T M^-1 p)
 
 
 class Motion(NamedTuple):
     """Coefficients of q'' = steady + A cosine + B sine - K q - C q' during one step (see `Excitation`).
 
-    rows
-        Shape (N_ROWS + 2 n, n); `coefficients`, `accelerations`, `forces` and `spin_coupling` are views into it. The
-        views share one array because all kernels of a step pass this tuple on, and each additional array would slow
-        down every call.
-    bearings
-        Records of type `BEARING`.
-    over_speed
-        The coefficients' dependence on the speed within the step (see `Structure`), shape (2 n, n).
-    is_damped
-        Whether the shaft has material damping, or there are seals.
-    seals
-        See `Structure`.
-    theta, Omega, Omega_dot
-        Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, and the spin acceleration (rad/s^2),
-        which is 0 if the spin is a degree of freedom.
+    `coefficients`, `accelerations`, `forces` and `spin_coupling` are views into `rows`. They share one array because
+    all kernels of a step pass this tuple on, and each additional array would slow down every call.
     """
 
-    rows: Array
+    rows: Array  # shape (N_ROWS + 2 n, n)
     bearings: Bearings
-    over_speed: Array
-    is_damped: bool
+    over_speed: Array  # the coefficients' dependence on the speed within the step (see `Structure`), shape (2 n, n)
+    is_damped: bool  # whether the shaft has material damping, or there are seals
     seals: Seals
-    theta: float
-    Omega: float
-    Omega_dot: float
+    theta: float  # rotor angle at the beginning of the step (rad)
+    Omega: float  # spin speed there (rad/s)
+    Omega_dot: float  # spin acceleration (rad/s^2), 0 if the spin is a degree of freedom
 
 
 @views
@@ -132,14 +114,7 @@ def motion_of(
 def motion_at(motion: Motion, theta: float, Omega: float) -> Motion:
     """Return the same motion at another angle and speed; its coefficients still apply to the beginning of the step."""
     return Motion(
-        motion.rows,
-        motion.bearings,
-        motion.over_speed,
-        motion.is_damped,
-        motion.seals,
-        theta,
-        Omega,
-        motion.Omega_dot,
+        motion.rows, motion.bearings, motion.over_speed, motion.is_damped, motion.seals, theta, Omega, motion.Omega_dot
     )
 
 

@@ -26,27 +26,21 @@ MAX_TERMS = 40  # of the series of a piece (`piece_series`)
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 PLANE_COLUMNS = 2 + PORT_COLUMNS  # of U: the initial acceleration before these
 
-# Coordinates N of shaft and housings, ports (first `n_site_ports` of sites, last those of bearings alone), levels
-# (built, `n_built`, and stored); length of a step (s), spacing of the speeds (rad/s), number of them from one that is
-# built to the next, share of the spacing to which speeds are rounded; whether there are dampers. Of the matrices for
-# speeds on the grid: reach of a step, that is, its length times the highest rate of change, and whether y responds as x
-# does, turned by a right angle. Of the matrices in use: the place of a constant speed (`speed_grid`), else 0, and
-# whether y responds as x does.
 SIZES = record(
-    ("n", np.float64),
+    ("n", np.float64),  # coordinates N of shaft and housings
     ("n_ports", np.float64),
-    ("n_site_ports", np.float64),
-    ("n_levels", np.float64),
-    ("n_built", np.float64),
-    ("step_size", np.float64),
-    ("spacing", np.float64),
-    ("stride", np.float64),
-    ("quantum", np.float64),
+    ("n_site_ports", np.float64),  # the first ones; the last ones are those of bearings alone
+    ("n_levels", np.float64),  # that are stored
+    ("n_built", np.float64),  # that are built
+    ("step_size", np.float64),  # s
+    ("spacing", np.float64),  # of the speeds on the grid (rad/s)
+    ("stride", np.float64),  # number of them from one that is built to the next
+    ("quantum", np.float64),  # share of the spacing to which speeds are rounded
     ("damped", np.float64),  # whether dampers other than seals dissipate energy
-    ("reach", np.float64),
-    ("grid_isotropic", np.float64),
-    ("place", np.float64),
-    ("isotropic", np.float64),
+    ("reach", np.float64),  # length of a step times the highest rate of change, for speeds on the grid
+    ("grid_isotropic", np.float64),  # whether y responds as x does, turned by a right angle, for speeds on the grid
+    ("place", np.float64),  # of a constant speed in use (`speed_grid`), else 0
+    ("isotropic", np.float64),  # whether y responds as x does with the matrices in use
     ("n_rows", np.float64),  # of the matrices, those for unit inputs included
     ("inputs", np.float64),  # number of different amplitudes of the inputs so far
 )
@@ -57,13 +51,12 @@ SLOT = record(("index", np.float64), ("n_rows", np.float64), ("reach", np.float6
 # position and velocity at the Lobatto points after that, and the acceleration without contact at the end.
 JOURNAL = record(("x", np.float64), ("y", np.float64), ("v_x", np.float64), ("v_y", np.float64))
 OBSERVED = record(("a_start", np.float64, 2), ("journal", JOURNAL, N_LOBATTO - 1), ("a_end", np.float64, 2))
-# A site at a Lobatto point: normal, slip velocity (m/s), ratio T/N of sliding, and the forces (N).
-NODE = record(
-    ("n_x", np.float64),
+NODE = record(  # a site at a Lobatto point
+    ("n_x", np.float64),  # normal
     ("n_y", np.float64),
-    ("slip", np.float64),
-    ("ratio", np.float64),
-    ("f_n", np.float64),
+    ("slip", np.float64),  # m/s
+    ("ratio", np.float64),  # T/N of sliding
+    ("f_n", np.float64),  # N
     ("f_t", np.float64),
 )
 # Speed of a level, as a position on the grid, and the pieces that it was used for there.

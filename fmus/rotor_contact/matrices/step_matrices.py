@@ -61,89 +61,49 @@ Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
 
 
 class MatricesKey(NamedTuple):
-    """Key of the matrices without the speed: all numbers, and named views into them.
-
-    The views are `step_size` (an array of length 1), records of type `BEARING` (without magnets and rows), and the
-    numbers of the sites' housings, shape (n_sites, N_SITE_KEY).
-    """
+    """Key of the matrices without the speed: all numbers, and views into them."""
 
     values: Array
-    step_size: Array
-    bearings: Bearings
-    sites: Array
+    step_size: Array  # in an array of length 1
+    bearings: Bearings  # without magnets and rows
+    sites: Array  # what the motion depends on, of each site, shape (n_sites, N_SITE_KEY)
 
 
 class StepMatrices(NamedTuple):
-    """The matrices in memory, with their key and the scratch of a piece.
+    """The matrices in memory, with their key and the scratch of a piece."""
 
-    sizes, key
-        Record of type `SIZES`, in an array of length 1; key of the matrices, empty if unknown.
-    slots, blends
-        Records of type `SLOT`, and of type `BLEND`, one for each stored level.
-    ports
-        For each port, the coordinate of its x, or a negative number for a face (`row_of_face`); then the ports of the
-        sites, of their housings (-1 if there is none), of the bearings, and of the place and slope of each face.
-    memory
-        Matrices of all slots and of the blends (see `level_of`).
-    constant
-        The constant speed (rad/s) of each slot for constant speeds, followed by the gradients (N/m) of the magnets in x
-        and y of each bearing, shape (N_CONSTANT, 1 + 2 n_bearings).
-    whole_steps
-        Matrices of a whole step at these speeds (see `whole_step`).
-    powers
-        Power forms of spin and seals at these speeds (see `matrix_powers`); none if there is neither a damped shaft nor
-        a seal.
-    gradients
-        Gradients (N/m) of the magnets in the matrices in use, shape (2 n_bearings,).
-    amplitudes
-        Amplitudes of the inputs (`excitation`), shape (2 n_pairs,).
-    combined
-        Number of the amplitudes (`SIZES.inputs`) for which each level of each slot is combined, followed by the number
-        for which the matrices of each whole step were derived, shape (N_COMBINED,).
-    damping
-        Speed and state at which `piece_energy` last computed the power of damping, and its result, shape (2 n + 4,).
-    pieces
-        Scratch of a piece (see `piece`).
-    nodes
-        Records of type `NODE`, shape (n_sites, N_LOBATTO).
-    equations
-        Room for the equations at all Lobatto points after the first, for all sites or for one face.
-    """
-
-    sizes: Records
+    sizes: Records  # of type `SIZES`, in an array of length 1
     key: MatricesKey
-    slots: Records
-    blends: Records
+    slots: Records  # of type `SLOT`
+    blends: Records  # of type `BLEND`, one for each stored level
+    # For each port, the coordinate of its x, or a negative number for a face (`row_of_face`); then the ports of the
+    # sites, of their housings (-1 if there is none), of the bearings, and of the place and slope of each face.
     ports: Array
-    memory: Array
+    memory: Array  # matrices of all slots and of the blends (see `level_of`)
+    # The constant speed (rad/s) of each slot for constant speeds, followed by the gradients (N/m) of the magnets in x
+    # and y of each bearing, shape (N_CONSTANT, 1 + 2 n_bearings).
     constant: Array
-    whole_steps: Array
-    powers: Array
-    gradients: Array
-    amplitudes: Array
+    whole_steps: Array  # matrices of a whole step at these speeds (see `whole_step`)
+    powers: Array  # power forms of spin and seals at these speeds (see `matrix_powers`), or none
+    gradients: Array  # of the magnets (N/m) in the matrices in use, shape (2 n_bearings,)
+    amplitudes: Array  # of the inputs (`excitation`), shape (2 n_pairs,)
+    # Number of the amplitudes (`SIZES.inputs`) for which each level of each slot is combined, followed by the number
+    # for which the matrices of each whole step were derived, shape (N_COMBINED,).
     combined: Array
+    # Speed and state at which `piece_energy` last computed the power of damping, and its result, shape (2 n + 4,).
     damping: Array
-    pieces: Array
-    nodes: Nodes
-    equations: Equations
+    pieces: Array  # scratch of a piece (see `piece`)
+    nodes: Nodes  # of type `NODE`, shape (n_sites, N_LOBATTO)
+    equations: Equations  # at all Lobatto points after the first, for all sites or for one face
 
 
 class Level(NamedTuple):
-    """Matrices of a level; the rows for unit inputs follow the rows of x.
+    """Matrices of a level; the rows for unit inputs follow the rows of x."""
 
-    P, S
-        Shapes (all_rows, 2 N) and (all_rows, n_columns).
-    H
-        See `matrix_dampers`, shape (all_rows, all_rows).
-    U
-        Observations like S: products of the motion with the unit forces of each unbalance, shape (all_rows,
-        PLANE_COLUMNS n_unbalances).
-    """
-
-    P: Array
-    S: Array
-    H: Array
-    U: Array
+    P: Array  # shape (all_rows, 2 N)
+    S: Array  # shape (all_rows, n_columns)
+    H: Array  # see `matrix_dampers`, shape (all_rows, all_rows)
+    U: Array  # products of the motion with the unit forces of each unbalance, (all_rows, PLANE_COLUMNS n_unbalances)
 
 
 class Powers(NamedTuple):

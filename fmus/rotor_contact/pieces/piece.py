@@ -46,36 +46,21 @@ INTEGRALS = tuple(tuple(_integral(j, i) for i in range(N_LOBATTO)) for j in rang
 
 
 class Piece(NamedTuple):
-    """A piece of a step.
+    """A piece of a step; columns of bearings without force are omitted from the observations."""
 
-    x
-        See `step_matrices`, shape (n_x,).
-    ends
-        The end of the piece, and scratch of the same size, shape (2, 2 N).
-    observed
-        Observations (S), shape (7, n_columns). Row 1 is scratch. Row 0 is due to the state and the steady forces, row 2
-        to A = 1, and row 3 to B = 1. Row 4 is due to all of these and to the forces of magnets and contact at the first
-        point, row 5 to contact at the other points, and row 6 to everything. Columns of bearings without force are
-        omitted.
-    of_forces
-        Interpolated observations (S) of unit forces at the ports, ordered as in x, shape (8 n_ports, n_columns).
-    magnets, contact
-        Forces at the ports (N), of magnets and of contacts, shape (8 n_ports,) each.
-    spin
-        Speed, angle, torque without contact and torque of friction at the Lobatto points; then cosine . v and sine . v
-        at the first, shape (5, 4).
-    races
-        Speeds of the races, 0 where there is none, shape (n_sites, 4).
-    """
-
-    x: Array
-    ends: Array
+    x: Array  # see `step_matrices`, shape (n_x,)
+    ends: Array  # the end of the piece, and scratch of the same size, shape (2, 2 N)
+    # Observations (S), shape (7, n_columns). Row 1 is scratch. Row 0 is due to the state and the steady forces, row 2
+    # to A = 1, and row 3 to B = 1. Row 4 is due to all of these and to the forces of magnets and contact at the first
+    # point, row 5 to contact at the other points, and row 6 to everything.
     observed: Array
-    of_forces: Array
-    magnets: Array
-    contact: Array
+    of_forces: Array  # observations of unit forces at the ports, ordered as in x, shape (8 n_ports, n_columns)
+    magnets: Array  # forces of magnets and faces at the ports (N), shape (8 n_ports,)
+    contact: Array  # and of contacts
+    # Speed, angle, torque without contact and torque of friction at the Lobatto points; then cosine . v and sine . v at
+    # the first, shape (5, 4).
     spin: Array
-    races: Array
+    races: Array  # speeds of the races, 0 where there is none, shape (n_sites, 4)
 
 
 @views

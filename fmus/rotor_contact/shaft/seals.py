@@ -22,12 +22,7 @@ from fmi_export.records import record, size_of
 # A seal over a range of speeds: the speed (rad/s) at which the range begins, the ends of the seal's own table
 # (infinite without one), and for each of K_xx, K_xy, K_yx, K_yy (N/m), C_xx, ..., C_yy (N s/m) the four coefficients of
 # the cubic in the speed beyond `begin`, the constant first. The first range is that below all speeds.
-SEAL = record(
-    ("begin", np.float64),
-    ("lowest", np.float64),
-    ("highest", np.float64),
-    ("coefficients", np.float64, 32),
-)
+SEAL = record(("begin", np.float64), ("lowest", np.float64), ("highest", np.float64), ("coefficients", np.float64, 32))
 N_SEAL = size_of(SEAL)
 ISOTROPY_TOLERANCE = 1e-12  # of the largest coefficient
 
@@ -35,16 +30,11 @@ SealRecords = np.ndarray[tuple[int, int], np.dtype[np.record]]  # over ranges of
 
 
 class Seals(NamedTuple):
-    """The seals of a rotor with n degrees of freedom.
+    """The seals of a rotor with n degrees of freedom."""
 
-    records
-        Of type `SEAL`, shape (ranges of speeds, seals).
-    rows
-        S, which gives x and y of each seal from the degrees of freedom; below it, in the same order, the accelerations
-        due to unit forces at each seal (M^-1 S^T transposed). The shape is (4 seals, n).
-    """
-
-    records: SealRecords
+    records: SealRecords  # of type `SEAL`, shape (ranges of speeds, seals)
+    # S, which gives x and y of each seal from the degrees of freedom; below it, in the same order, the accelerations
+    # due to unit forces at each seal (M^-1 S^T transposed). The shape is (4 seals, n).
     rows: Array
 
 
@@ -138,18 +128,8 @@ def add_missed_between_speeds(
         a = -M^-1 S^T (dK S (q + q_new)/2 + dC S (v + v_new)/2),  v_new += h a,  q_new += h^2 a/2            (2)
 
     with dK = K(Omega) - (1 - s) K(low) - s K(high) at the share s from low to high, and likewise dC. The neglected part
-    is of order (omega h)^2/12 of this correction at a frequency omega of the motion.
-
-    Parameters
-    ----------
-    seals
-        Seals of a shaft whose m degrees of freedom come first in z.
-    low, high, Omega
-        Speeds (rad/s); the last is between the others.
-    h
-        Time from z to z_new (s).
-    z, z_new, n
-        States that begin with displacements (m) and continue with velocities (m/s) from index n.
+    is of order (omega h)^2/12 of this correction at a frequency omega of the motion. Speeds are in rad/s; the states z
+    and z_new begin with displacements (m) and continue with velocities (m/s) from index n.
     """
     s = (Omega - low) / (high - low)
     for k in range(seals.records.shape[1]):

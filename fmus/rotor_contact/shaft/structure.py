@@ -14,20 +14,20 @@ from rotor_contact.shaft.seals import N_SEAL, SEAL, Seals
 
 REAL = np.dtype(np.float64)
 
-# The constants begin with this record, and go on with the arrays of `Structure`.
+# The constants begin with this record, and go on with the arrays of `Structure`, which explains the other fields.
 SIZES = record(
     ("n", np.float64),  # degrees of freedom
-    ("n_translations", np.float64),  # of these; see `Structure`
+    ("n_translations", np.float64),
     ("n_discs", np.float64),
     ("n_bearings", np.float64),
     ("n_sites", np.float64),
     ("n_sensors", np.float64),  # signals, two for each plane
-    ("is_damped", np.float64),  # whether C or R is not zero, or there are seals
-    ("valid_to", np.float64),  # see `Structure`
+    ("is_damped", np.float64),
+    ("valid_to", np.float64),
     ("n_seals", np.float64),
     ("n_seal_ranges", np.float64),  # of speeds
-    ("n_thrust", np.float64),  # 1 with a disc of an axial bearing, else 0
-    ("mass", np.float64),  # kg, see `Structure`
+    ("n_thrust", np.float64),
+    ("mass", np.float64),
     ("n_faces", np.float64),
 )
 N_SIZES = size_of(SIZES)
@@ -46,64 +46,35 @@ class RowsOfFaces(NamedTuple):
 
 
 class Structure(NamedTuple):
-    """The reduced rotor with n degrees of freedom. A product with M^-1 is an acceleration.
+    """The reduced rotor with n degrees of freedom, which alternate between x and y.
 
-    Degrees of freedom alternate between x and y. The first `n_translations` are translations of planes, the rest are
-    rotations or modes.
-
-    n_thrust, mass
-        Number of discs of axial bearings (0 or 1), and the mass (kg) with which the rotor moves along its shaft.
-    n_faces
-        Number of faces that limit the rotor's axial motion.
-    valid_to
-        Frequency (rad/s) up to which the natural frequencies match the full model; infinite if unknown.
-    forms
-        Mass M (kg) and damping C and R (N s/m) of the shaft, stacked, shape (3 n, n). R rotates with the rotor: its
-        force is -R (v - Omega J q), where J q is q turned by a right angle in the direction of spin.
-    K
-        Stiffness (N/m), shape (n, n).
-    Minv, MinvK, MinvC
-        M^-1 and its products with K and with C + R, shape (n, n).
-    over_speed
-        M^-1 G and M^-1 R J, stacked, shape (2 n, n), with the gyroscopic matrix G; Omega multiplies both.
-    B_disc
-        Forces on the degrees of freedom due to unit forces in x and y on each disc, shape (2 n_discs, n).
-    B_base
-        Forces on the degrees of freedom due to a unit acceleration of the base in x and y, shape (2, n); the motion is
-        relative to the base.
-    sensors
-        Sensor displacements from the degrees of freedom, shape (n_sensors, n).
-    bearings, sites
-        Row of x of each magnetic bearing and of each contact site; the row of y is the next one.
-    site_bearings
-        For each site, the number of the bearing whose retainer it is, or -1 if there is none.
-    seals
-        Seals and passive bearings (`seals.Seals`); their mass is in M.
-    faces
-        Records of type `FACE_PLACE`. Then, for each face, four rows give x, y and the slopes x', y' of the shaft from
-        the degrees of freedom. Four more rows, in the same order, contain the accelerations due to a unit force or
-        moment on each. Each row has n numbers.
+    A product with M^-1 is an acceleration.
     """
 
-    n_translations: int
-    is_damped: bool
-    valid_to: float
-    n_thrust: int
-    mass: float
-    n_faces: int
+    n_translations: int  # how many degrees of freedom are translations of planes; the rest are rotations or modes
+    is_damped: bool  # whether C or R is not zero, or there are seals
+    valid_to: float  # frequency (rad/s) up to which natural frequencies match the full model; infinite if unknown
+    n_thrust: int  # discs of axial bearings, 0 or 1
+    mass: float  # kg, with which the rotor moves along its shaft
+    n_faces: int  # that limit the rotor's axial motion
+    # Mass M (kg) and damping C and R (N s/m) of the shaft, stacked, shape (3 n, n). R rotates with the rotor: its force
+    # is -R (v - Omega J q), where J q is q turned by a right angle in the direction of spin.
     forms: Array
-    K: Array
-    Minv: Array
+    K: Array  # stiffness (N/m), shape (n, n)
+    Minv: Array  # M^-1 and its products with K and with C + R, shape (n, n)
     MinvK: Array
     MinvC: Array
-    over_speed: Array
-    B_disc: Array
-    B_base: Array
-    sensors: Array
-    bearings: Array
-    sites: Array
-    site_bearings: Array
-    seals: Seals
+    over_speed: Array  # M^-1 G, with the gyroscopic matrix G, and M^-1 R J, stacked, (2 n, n); Omega multiplies both
+    B_disc: Array  # forces due to unit forces in x and y on each disc, shape (2 n_discs, n)
+    B_base: Array  # forces due to a unit acceleration of the base, to which the motion is relative, shape (2, n)
+    sensors: Array  # sensor displacements from the degrees of freedom, shape (n_sensors, n)
+    bearings: Array  # row of x of each magnetic bearing; the row of y is the next one
+    sites: Array  # the same of each contact site
+    site_bearings: Array  # for each site, the number of the bearing whose retainer it is, or -1 if there is none
+    seals: Seals  # seals and passive bearings; their mass is in M
+    # Records of type `FACE_PLACE`. Then, for each face, four rows give x, y and the slopes x', y' of the shaft from the
+    # degrees of freedom. Four more rows, in the same order, contain the accelerations due to a unit force or moment on
+    # each. Each row has n numbers.
     faces: Array
 
 

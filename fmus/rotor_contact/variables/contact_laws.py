@@ -26,28 +26,16 @@ RATE_SCALE = 0.01  # m/s, over which the phase of ulbrich changes its sign
 class Response(NamedTuple):
     """Response of a contact to its penetration delta >= 0 (m) and its rate (m/s).
 
-    force
-        N (N); a negative value would pull, and is cut off.
-    push
-        A force (N) that is positive where the law pushes the journal, and negative where it would pull. It passes
-        through zero where cutting off the pull gives N a kink: at k_c delta + c_c delta' = 0 for spring and damper, and
-        where the factor of the rate vanishes for the laws with a power of 3/2.
-    stored
-        Elastic energy (J): the integral of the force at rate zero.
-    elastic
-        Derivative of the stored energy with respect to the penetration (N); the difference between N and this
-        derivative is dissipated.
-    stiffness, damping
-        Bounds on the derivatives of N with respect to the penetration (N/m) and its rate (N s/m); these bounds limit
-        the substeps.
+    `push` passes through zero where cutting off the pull gives N a kink: at k_c delta + c_c delta' = 0 for spring and
+    damper, and where the factor of the rate vanishes for the laws with a power of 3/2.
     """
 
-    force: float
-    push: float
-    stored: float
-    elastic: float
-    stiffness: float
-    damping: float
+    force: float  # N (N); a negative value would pull, and is cut off
+    push: float  # a force (N) that is positive where the law pushes the journal, and negative where it would pull
+    stored: float  # elastic energy (J): the integral of the force at rate zero
+    elastic: float  # its derivative with respect to delta (N); the difference between N and this one is dissipated
+    stiffness: float  # a bound on the derivative of N with respect to delta (N/m), which limits substeps
+    damping: float  # the same with respect to the rate (N s/m)
 
 
 Law = Callable[[np.record, float, float], Response]

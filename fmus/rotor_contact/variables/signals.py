@@ -37,45 +37,34 @@ N_SEAL_OUTPUTS, N_AXIAL_PARAMETERS, N_AXIAL_INPUTS, N_AXIAL_OUTPUTS, N_FACE_PARA
 
 
 class Parameters(NamedTuple):
-    """Single parameters as a record of type `PARAMETERS`, in an array of length 1; parameters of sites and bearings.
+    """Parameters as views."""
 
-    Site parameters are stored as numbers, shape (n_sites, N_SITE_PARAMETERS), and so are face parameters. `thrust`
-    contains one record of the motion along the shaft, or none.
-    """
-
-    scalars: Records
-    sites: Array
+    scalars: Records  # single ones, of type `PARAMETERS`, in an array of length 1
+    sites: Array  # as numbers, shape (n_sites, N_SITE_PARAMETERS)
     bearings: Records
-    thrust: Records
-    faces: Array
+    thrust: Records  # one of the motion along the shaft, or none
+    faces: Array  # as numbers, shape (n_faces, N_FACE_PARAMETERS)
 
 
 class Inputs(NamedTuple):
-    """Single inputs as a record of type `INPUTS`, in an array of length 1; records of axes, discs and bearing cores.
+    """Inputs as views."""
 
-    The axes are x and y of each bearing in turn. `thrust` contains one record of the motion along the shaft, or none.
-    """
-
-    scalars: Records
-    axes: Records
+    scalars: Records  # single ones, of type `INPUTS`, in an array of length 1
+    axes: Records  # x and y of each bearing in turn
     discs: Records
-    cores: Records
-    thrust: Records
+    cores: Records  # of the bearings
+    thrust: Records  # one of the motion along the shaft, or none
 
 
 class Outputs(NamedTuple):
-    """Single outputs as a record of type `OUTPUTS`, in an array of length 1, and all other outputs.
+    """Outputs as views."""
 
-    The other outputs are displacements (m) at axes and sensors, records of sites, seals and faces, and one record of
-    the motion along the shaft if there is a thrust disc.
-    """
-
-    scalars: Records
-    displacements: Array
-    sensors: Array
+    scalars: Records  # single ones, of type `OUTPUTS`, in an array of length 1
+    displacements: Array  # at the axes (m)
+    sensors: Array  # at the sensors (m)
     sites: Records
     seals: Records
-    thrust: Records
+    thrust: Records  # one of the motion along the shaft, or none
     faces: Records
 
 
