@@ -250,7 +250,7 @@ def _pass_event(structure: Structure, w: Workspace, theta: float, Omega: float, 
     after = with_motion(w, part)
     if w.spin[0].row >= 0:
         couple_spin(part, w.spin[0], theta)
-    if not apply_impacts(after, Omega, law, True):
+    if not apply_impacts(after, Omega, law, 1.0):
         return FAULT_SINGULAR
     fault: int = resolve_modes(after, 0.0, shortest)
     return fault

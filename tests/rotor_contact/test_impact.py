@@ -109,7 +109,7 @@ def touching(seed, angle_1, angle_2, mu=0.0, e=0.0, Omega=0.0, sites=(0, 1), sta
             q[i : i + 2] = CLEARANCE * normal * (1 + 1e-11)
             v[i : i + 2] += (abs(normal @ v[i : i + 2]) + 0.01 - normal @ v[i : i + 2]) * normal
     w = workspace(rig())
-    assert mark_touching(w.sites, q, v)
+    assert mark_touching(w.sites, q, v, 1.0)
     assert [bool(site.touching) for site in w.sites] == [k in sites for k in range(N_SITES)]
     return w, w.sites, q, v
 

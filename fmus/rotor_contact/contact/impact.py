@@ -33,12 +33,15 @@ from rotor_contact.variables.enumerations import FREE, ROLLING, SLIDING
 
 
 @kernel
-def mark_touching(sites: Sites, q: Array, v: Array) -> bool:
-    """Mark free sites whose journal has reached its retainer and moves outward; return whether there are any."""
+def mark_touching(sites: Sites, q: Array, v: Array, rebound: float) -> bool:
+    """Mark free sites whose journal has reached its retainer and moves outward; return whether there are any.
+
+    `rebound` is 1, or 0 to omit restitution.
+    """
     any_reached = False
     for site in sites:
         site.touching = 0
-        site.rebound = site.restitution
+        site.rebound = rebound * site.restitution
         r = locate_journal(site, q)
         reached = can_impact(site) and r >= site.clearance * (1.0 - 1e-10)
         outward = radial_component(site, v) > 0.0

@@ -20,8 +20,8 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.contact.site import Site
 
-N_BISECTIONS = 40  # of the interval in which a path touches
-FEW_BISECTIONS = 12  # the same, where it is enough to know in which short piece that is
+EXACTLY = 2.0**-40  # share of the time, within which the touch of a path is located
+ROUGHLY = 2.0**-12  # the same, where it is enough to know in which short piece that is
 ON_CIRCLE = 2e-11  # of the clearance, by which a journal that an event has left on the circle may be beyond it
 
 
@@ -90,7 +90,7 @@ def leaves_or_stays_within(site: Site, begin: Point, end: Point, dt: float, marg
 @kernel
 def touch_time(site: Site, begin: Point, end: Point, dt: float) -> float:
     """Return the time (s), up to `dt`, at which a path that ends outside its retainer leaves it."""
-    return _crossing(site.clearance, begin, end, dt, N_BISECTIONS)[1] * dt
+    return _crossing(site.clearance, begin, end, dt, EXACTLY)[1] * dt
 
 
 @kernel
@@ -102,14 +102,14 @@ def share_before_touch(site: Site, begin: Point, end: Point, dt: float) -> float
     square = site.clearance * site.clearance
     if not (end.x * end.x + end.y * end.y > square and begin.x * begin.x + begin.y * begin.y < square):
         return 0.0
-    return _crossing(site.clearance, begin, end, dt, FEW_BISECTIONS)[0]
+    return _crossing(site.clearance, begin, end, dt, ROUGHLY)[0]
 
 
 @kernel
-def _crossing(clearance: float, begin: Point, end: Point, dt: float, n_bisections: int) -> tuple[float, float]:
-    """Return bounds of the share of `dt` (s) after which a path that ends beyond a clearance (m) crosses it."""
+def _crossing(clearance: float, begin: Point, end: Point, dt: float, width: float) -> tuple[float, float]:
+    """Return bounds, at most `width` apart, of the share of `dt` (s) after which a path crosses a clearance (m)."""
     low, high = 0.0, 1.0
-    for _ in range(n_bisections):
+    while high - low > width:
         s = 0.5 * (low + high)
         rest = 1.0 - s
         of_begin, of_end = rest * rest * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s)  # Hermite's cubics

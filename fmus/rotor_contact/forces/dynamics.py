@@ -151,7 +151,7 @@ def collect_coefficients(structure: Structure, motion: Motion) -> None:
         for j in range(n):
             K[j, i] = structure.MinvK[i, j] - motion.Omega * structure.over_speed[n + i, j]
             C[j, i] = structure.MinvC[i, j] + motion.Omega * structure.over_speed[i, j]
-    add_bearings(structure.Minv, motion.bearings, True, K, C)
+    add_bearings(structure.Minv, motion.bearings, 1.0, K, C)
     add_seals(motion.seals, motion.Omega, K, C)
     divide_by_mass(structure.Minv, forces(motion).steady, accelerations(motion).steady)
 

@@ -51,14 +51,14 @@ def is_damping(bearing: np.record) -> bool:
 
 
 @kernel
-def add_bearings(Minv: Array, bearings: Bearings, with_magnets: bool, K: Array, C: Array) -> None:
-    """Add bearings (1) and, optionally, the gradients of their magnets, to the columns of M^-1 K and M^-1 C."""
+def add_bearings(Minv: Array, bearings: Bearings, magnets: float, K: Array, C: Array) -> None:
+    """Add bearings (1), and `magnets` times the gradients of their magnets, to the columns of M^-1 K and M^-1 C."""
     for bearing in bearings:
         for axis in range(2):
             row = bearing.row + axis
-            gradient = bearing.gradient[axis] if with_magnets else 0.0
+            stiffness = bearing.k_b - magnets * bearing.gradient[axis]
             for i in range(Minv.shape[0]):
-                K[row, i] += Minv[i, row] * (bearing.k_b - gradient)
+                K[row, i] += Minv[i, row] * stiffness
                 C[row, i] += Minv[i, row] * bearing.c_b
 
 

@@ -12,7 +12,7 @@ from rotor_contact.forces.dynamics import Motion
 from rotor_contact.forces.passive_bearings import add_bearings
 from rotor_contact.matrices.matrix_dampers import are_there_dampers
 from rotor_contact.matrices.matrix_sizes import MAX_COORDINATES, MAX_LEVELS, MOST_LEVELS, all_rows
-from rotor_contact.matrices.speed_grid import CONSTANT, quantum_for, spacing_for, stride_for
+from rotor_contact.matrices.speed_grid import CONSTANT, FINER, QUANTUM, slot_of, spacing_for, stride_for
 from rotor_contact.matrices.step_matrices import MatricesKey, StepMatrices, coefficients_at, forget_combined, is_for
 from rotor_contact.shaft.lobatto import N_LOBATTO
 from rotor_contact.shaft.seals import add_seals, seals_are_isotropic
@@ -57,17 +57,19 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     step_size: float = key.step_size[0]
     sizes.step_size = step_size
     sizes.spacing, sizes.stride = spacing_for(step_size, motion.seals), float(stride_for(motion.seals))
-    sizes.quantum = quantum_for(motion.seals)
+    sizes.quantum = QUANTUM if sizes.stride == 1.0 else FINER * QUANTUM
     if n > MAX_COORDINATES:
         return
-    write_coefficients(structure, motion, sites, matrices, 0, motion.Omega)
-    sizes.grid_isotropic = 1.0 if _is_isotropic(structure, motion, coefficients_at(matrices, 0).columns) else 0.0
+    which = slot_of(0.0)
+    KC = coefficients_at(matrices, which).columns
+    write_coefficients(structure, motion, sites, matrices, which, motion.Omega)
+    sizes.grid_isotropic = 1.0 if _is_isotropic(structure, motion, KC) else 0.0
     sizes.isotropic = sizes.grid_isotropic
-    fastest = _fastest(coefficients_at(matrices, 0).columns)
+    fastest = _fastest(KC)
     if motion.seals.records.shape[1] > 0:
         for place in range(motion.seals.records.shape[0]):
-            write_coefficients(structure, motion, sites, matrices, 0, motion.seals.records[place, 0].begin)
-            fastest = max(fastest, _fastest(coefficients_at(matrices, 0).columns))
+            write_coefficients(structure, motion, sites, matrices, which, motion.seals.records[place, 0].begin)
+            fastest = max(fastest, _fastest(KC))
     rate = fastest + abs(motion.Omega)
     n_built, shortest = LEAST_LEVELS, step_size * 0.5 ** (LEAST_LEVELS - 1)
     while shortest * rate > SHORTEST_RATE:
@@ -182,7 +184,7 @@ def write_coefficients(
         for j in range(m):
             KC[j, i] = structure.MinvK[i, j] - Omega * structure.over_speed[m + i, j]
             KC[n + j, i] = structure.MinvC[i, j] + Omega * structure.over_speed[i, j]
-    add_bearings(structure.Minv, motion.bearings, False, KC[:n], KC[n:])
+    add_bearings(structure.Minv, motion.bearings, 0.0, KC[:n], KC[n:])
     add_seals(motion.seals, Omega, KC[:n], KC[n:])
     for site in sites:
         if site.housing >= 0:

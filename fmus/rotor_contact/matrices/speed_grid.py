@@ -66,12 +66,6 @@ def spacing_for(step_size: float, seals: Seals) -> float:
 
 
 @kernel
-def quantum_for(seals: Seals) -> float:
-    """Return the quantum to which speeds are rounded, as a share of the spacing of the grid."""
-    return QUANTUM if stride_for(seals) == 1 else FINER * QUANTUM
-
-
-@kernel
 def grid_speed(matrices: StepMatrices, index: float) -> float:
     """Return the speed (rad/s) at a position on the grid."""
     if index >= CONSTANT:

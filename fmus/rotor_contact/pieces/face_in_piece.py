@@ -33,26 +33,24 @@ OF_CLEARANCE, OF_SLIP = 1e-4, 0.1  # steps for the slopes: rise of the rim over 
 @noinline_kernel
 def begin_face_forces(w: Workspace, matrices: StepMatrices, h: float) -> None:
     """Write the forces of all seats at z to all points of a piece of length h (s), and find their derivatives at z."""
-    records, axes = faces_of(w.faces, w.Minv.shape[0]).records, 2 * int(matrices.sizes[0].n_ports)
-    piece, added = piece_of(matrices), matrices.equations.right_side[:N_FORCES]
+    records, added = faces_of(w.faces, w.Minv.shape[0]).records, matrices.equations.right_side[:N_FORCES]
+    z, Omega = stages_of(w.stages).z, piece_of(matrices).spin[0, 0]
     for k in range(records.shape[0]):
         face = records[k]
         if not is_pressing(face):
             continue
-        motion = _motion_at(w, matrices, k, 0)
+        motion = face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], Omega)
         at = forces_at(face, motion)
         for i in range(N_FORCES):
             added[i] = at[i]
-        _add_forces(w, matrices, k, 0, added)
+        for point in range(N_LOBATTO):
+            _add_forces(w, matrices, k, point, added)
         lean = OF_CLEARANCE * face.clearance / face.radius
         for i in range(N_VARIABLES):
             step = lean if i < 2 else (lean / h if i < 4 else OF_SLIP * LEAST_SLIP)
             moved = forces_at(face, _moved(motion, i, step))
             for j in range(N_FORCES):
                 face.slopes[N_VARIABLES * j + i] = (moved[j] - at[j]) / step
-    for unit in range(axes):
-        for point in range(1, N_LOBATTO):
-            piece.magnets[axes * point + unit] = piece.magnets[unit]
 
 
 @kernel
@@ -76,7 +74,8 @@ def settle_face_forces(w: Workspace, matrices: StepMatrices, of_forces: Array) -
     Returns whether this succeeds, the largest error of the forces before the correction, and the largest normal force
     (N). A moment counts as the force that causes it at the radius of the ring.
     """
-    piece, records, error, largest = piece_of(matrices), faces_of(w.faces, w.Minv.shape[0]).records, 0.0, 0.0
+    known, axes = piece_of(matrices).magnets, 2 * int(matrices.sizes[0].n_ports)
+    records, error, largest = faces_of(w.faces, w.Minv.shape[0]).records, 0.0, 0.0
     b = matrices.equations.right_side
     for k in range(records.shape[0]):
         face = records[k]
@@ -86,7 +85,7 @@ def settle_face_forces(w: Workspace, matrices: StepMatrices, of_forces: Array) -
         for point in range(1, N_LOBATTO):
             at, row = forces_at(face, _motion_at(w, matrices, k, point)), N_FORCES * (point - 1)
             for i in range(N_FORCES):
-                b[row + i] = at[i] - piece.magnets[_unit_of(matrices, k, point, i)]
+                b[row + i] = at[i] - known[axes * point + _unit_of(matrices, k, i)]
                 error = max(error, abs(b[row + i]) / (1.0 if i < 2 else face.radius))
         _write_equations(w, matrices, of_forces, k)
         if not solve(matrices.equations, N_FORCES * (N_LOBATTO - 1)):
@@ -97,20 +96,20 @@ def settle_face_forces(w: Workspace, matrices: StepMatrices, of_forces: Array) -
 
 
 @kernel
-def _unit_of(matrices: StepMatrices, k: int, point: int, i: int) -> int:
-    """Return the place, among the node forces, of force i (x, y) or moment i (x, y) of face k at a Lobatto point."""
-    return 2 * (int(matrices.sizes[0].n_ports) * point + port_of_face(matrices, k, i // 2)) + i % 2
+def _unit_of(matrices: StepMatrices, k: int, i: int) -> int:
+    """Return the place of number i of forces and moments of face k among the forces at a Lobatto point."""
+    return 2 * port_of_face(matrices, k, i // 2) + i % 2
 
 
 @kernel
 def _add_forces(w: Workspace, matrices: StepMatrices, k: int, point: int, added: Array) -> None:
     """Add forces and moments of face k on the shaft at a Lobatto point; the housing receives the opposite forces."""
-    known, port = piece_of(matrices).magnets, _port_of_seat(w, matrices, k)
+    known, port, axes = piece_of(matrices).magnets, _port_of_seat(w, matrices, k), 2 * int(matrices.sizes[0].n_ports)
     for i in range(N_FORCES):
-        known[_unit_of(matrices, k, point, i)] += added[i]
+        known[axes * point + _unit_of(matrices, k, i)] += added[i]
     if port >= 0:
         for i in range(2):
-            known[2 * (int(matrices.sizes[0].n_ports) * point + port) + i] -= added[i]
+            known[axes * point + 2 * port + i] -= added[i]
 
 
 @kernel
@@ -185,7 +184,7 @@ def observe_face_forces(
             continue
         at, seat = forces_at(face, face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], Omega)), _port_of_seat(w, matrices, k)
         for i in range(N_FORCES):
-            _add_row(around, first + _unit_of(matrices, k, 0, i), at[i], observed)
+            _add_row(around, first + _unit_of(matrices, k, i), at[i], observed)
         if seat >= 0:
             for i in range(2):
                 _add_row(around, first + 2 * seat + i, -at[i], observed)
@@ -211,7 +210,7 @@ def bend_of_face_forces(w: Workspace, matrices: StepMatrices) -> tuple[float, fl
         if is_pressing(face):
             largest = max(largest, face.force)
             for i in range(N_FORCES):
-                unit = _unit_of(matrices, k, 0, i)
+                unit = _unit_of(matrices, k, i)
                 bent = third_difference(f[unit], f[unit + axes], f[unit + 2 * axes], f[unit + 3 * axes])
                 bend = max(bend, bent / (1.0 if i < 2 else face.radius))
     return bend, largest

@@ -189,7 +189,7 @@ def _advance_spin(w: Workspace, matrices: StepMatrices, piece: Piece, h: float, 
 def end_rotations(w: Workspace, matrices: StepMatrices, index: float, h: float) -> None:
     """Write spin and races after a time h (s) to z_new; correct z_new for seals between two speeds of the grid."""
     piece, stages = piece_of(matrices), stages_of(w.stages)
-    z_new, low = stages.z_new, math.floor(index)
+    z_new, low = stages.z_new, float(math.floor(index))
     if index > low:
         below, above = grid_speed(matrices, low), grid_speed(matrices, low + 1.0)
         add_missed_between_speeds(w.motion.seals, below, above, grid_speed(matrices, index), h, stages.z, z_new, w.n)

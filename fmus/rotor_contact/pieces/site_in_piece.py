@@ -91,14 +91,13 @@ def clear_share(site: Site, begin: Point, points: Points, h: float, margin: floa
     A touch is located on the path between two Lobatto points. If the journal may graze its retainer, within the
     fraction `margin` of the clearance, the result is the last point before the graze.
     """
-    first, second, last = points
-    c_1, c_2 = LOBATTO_POINTS[1], LOBATTO_POINTS[2]
-    if not leaves_or_stays_within(site, begin, first, h * c_1, margin):
-        return share_before_touch(site, begin, first, h * c_1) * c_1
-    if not leaves_or_stays_within(site, first, second, h * (c_2 - c_1), margin):
-        return c_1 + share_before_touch(site, first, second, h * (c_2 - c_1)) * (c_2 - c_1)
-    if not leaves_or_stays_within(site, second, last, h * (1.0 - c_2), margin):
-        return c_2 + share_before_touch(site, second, last, h * (1.0 - c_2)) * (1.0 - c_2)
+    start = begin
+    for number in range(N_LOBATTO - 1):
+        c, end = LOBATTO_POINTS[number], points[number]
+        length = LOBATTO_POINTS[number + 1] - c
+        if not leaves_or_stays_within(site, start, end, h * length, margin):
+            return c + share_before_touch(site, start, end, h * length) * length
+        start = end
     return 1.0
 
 

@@ -78,21 +78,21 @@ def _cubic(a: Array, at: int, t: float) -> float:
 
 
 @kernel
-def _product(row: Array, q: Array, first: int) -> float:
-    """Return the product of a row and the coordinates that start at `first` in q: a displacement or a velocity."""
+def _product(row: Array, q: Array) -> float:
+    """Return the product of a row and the first coordinates of q: a displacement or a velocity."""
     total = 0.0
     for i in range(row.shape[0]):
-        total += row[i] * q[first + i]
+        total += row[i] * q[i]
     return total
 
 
 @kernel
-def _add_response(seals: Seals, k: int, f_x: float, f_y: float, a: Array, first: int) -> None:
-    """Add the accelerations due to forces (N) on the shaft at seal k to `a`, beginning at index `first`."""
+def _add_response(seals: Seals, k: int, f_x: float, f_y: float, a: Array) -> None:
+    """Add the accelerations due to forces (N) on the shaft at seal k to `a`."""
     x = 2 * (seals.records.shape[1] + k)
     by_x, by_y = seals.rows[x], seals.rows[x + 1]
     for i in range(by_x.shape[0]):
-        a[first + i] += by_x[i] * f_x + by_y[i] * f_y
+        a[i] += by_x[i] * f_x + by_y[i] * f_y
 
 
 @kernel
@@ -103,8 +103,8 @@ def add_seals(seals: Seals, Omega: float, K_columns: Array, C_columns: Array) ->
         x, y = seals.rows[2 * k], seals.rows[2 * k + 1]
         for j in range(x.shape[0]):
             if x[j] != 0.0 or y[j] != 0.0:
-                _add_response(seals, k, s.k_xx * x[j] + s.k_xy * y[j], s.k_yx * x[j] + s.k_yy * y[j], K_columns[j], 0)
-                _add_response(seals, k, s.c_xx * x[j] + s.c_xy * y[j], s.c_yx * x[j] + s.c_yy * y[j], C_columns[j], 0)
+                _add_response(seals, k, s.k_xx * x[j] + s.k_xy * y[j], s.k_yx * x[j] + s.k_yy * y[j], K_columns[j])
+                _add_response(seals, k, s.c_xx * x[j] + s.c_xy * y[j], s.c_yx * x[j] + s.c_yy * y[j], C_columns[j])
 
 
 @kernel
@@ -113,10 +113,10 @@ def add_change_of_seals(seals: Seals, before: float, Omega: float, q: Array, v: 
     for k in range(seals.records.shape[1]):
         s, t = seal_at(seals, k, before), seal_at(seals, k, Omega)
         row_x, row_y = seals.rows[2 * k], seals.rows[2 * k + 1]
-        x, y, v_x, v_y = _product(row_x, q, 0), _product(row_y, q, 0), _product(row_x, v, 0), _product(row_y, v, 0)
+        x, y, v_x, v_y = _product(row_x, q), _product(row_y, q), _product(row_x, v), _product(row_y, v)
         f_x = (s.k_xx - t.k_xx) * x + (s.k_xy - t.k_xy) * y + (s.c_xx - t.c_xx) * v_x + (s.c_xy - t.c_xy) * v_y
         f_y = (s.k_yx - t.k_yx) * x + (s.k_yy - t.k_yy) * y + (s.c_yx - t.c_yx) * v_x + (s.c_yy - t.c_yy) * v_y
-        _add_response(seals, k, f_x, f_y, a, 0)
+        _add_response(seals, k, f_x, f_y, a)
 
 
 @kernel
@@ -131,18 +131,18 @@ def add_missed_between_speeds(
     is of order (omega h)^2/12 of this correction at a frequency omega of the motion. Speeds are in rad/s; the states z
     and z_new begin with displacements (m) and continue with velocities (m/s) from index n.
     """
-    s = (Omega - low) / (high - low)
+    s, v, v_new = (Omega - low) / (high - low), z[n:], z_new[n:]
     for k in range(seals.records.shape[1]):
         at, a, b = seal_at(seals, k, Omega), seal_at(seals, k, low), seal_at(seals, k, high)
         x, y = seals.rows[2 * k], seals.rows[2 * k + 1]
-        q_x, q_y = 0.5 * (_product(x, z, 0) + _product(x, z_new, 0)), 0.5 * (_product(y, z, 0) + _product(y, z_new, 0))
-        v_x, v_y = 0.5 * (_product(x, z, n) + _product(x, z_new, n)), 0.5 * (_product(y, z, n) + _product(y, z_new, n))
+        q_x, q_y = 0.5 * (_product(x, z) + _product(x, z_new)), 0.5 * (_product(y, z) + _product(y, z_new))
+        v_x, v_y = 0.5 * (_product(x, v) + _product(x, v_new)), 0.5 * (_product(y, v) + _product(y, v_new))
         f_x = _missed(at.k_xx, a.k_xx, b.k_xx, s) * q_x + _missed(at.k_xy, a.k_xy, b.k_xy, s) * q_y
         f_x += _missed(at.c_xx, a.c_xx, b.c_xx, s) * v_x + _missed(at.c_xy, a.c_xy, b.c_xy, s) * v_y
         f_y = _missed(at.k_yx, a.k_yx, b.k_yx, s) * q_x + _missed(at.k_yy, a.k_yy, b.k_yy, s) * q_y
         f_y += _missed(at.c_yx, a.c_yx, b.c_yx, s) * v_x + _missed(at.c_yy, a.c_yy, b.c_yy, s) * v_y
-        _add_response(seals, k, -h * f_x, -h * f_y, z_new, n)
-        _add_response(seals, k, -0.5 * h * h * f_x, -0.5 * h * h * f_y, z_new, 0)
+        _add_response(seals, k, -h * f_x, -h * f_y, v_new)
+        _add_response(seals, k, -0.5 * h * h * f_x, -0.5 * h * h * f_y, z_new)
 
 
 @kernel
@@ -157,7 +157,7 @@ def seal_power(seals: Seals, Omega: float, q: Array, v: Array) -> tuple[float, f
     heat = power = of_skew = 0.0
     for k in range(seals.records.shape[1]):
         s, row_x, row_y = seal_at(seals, k, Omega), seals.rows[2 * k], seals.rows[2 * k + 1]
-        x, y, v_x, v_y = _product(row_x, q, 0), _product(row_y, q, 0), _product(row_x, v, 0), _product(row_y, v, 0)
+        x, y, v_x, v_y = _product(row_x, q), _product(row_y, q), _product(row_x, v), _product(row_y, v)
         heat += v_x * (s.c_xx * v_x + s.c_xy * v_y) + v_y * (s.c_yx * v_x + s.c_yy * v_y)
         power -= v_x * (s.k_xx * x + s.k_xy * y) + v_y * (s.k_yx * x + s.k_yy * y)
         of_skew += 0.5 * (s.k_xy - s.k_yx) * (v_y * x - v_x * y)
@@ -169,7 +169,7 @@ def add_seal_forms(seals: Seals, Omega: float, y: Array, n: int, heat: Array, wo
     """Add to `heat` and `work` the symmetric matrices of dissipation and skew-stiffness power times y = (q, v)."""
     for k in range(seals.records.shape[1]):
         s, row_x, row_y = seal_at(seals, k, Omega), seals.rows[2 * k], seals.rows[2 * k + 1]
-        x, y_, v_x, v_y = _product(row_x, y, 0), _product(row_y, y, 0), _product(row_x, y, n), _product(row_y, y, n)
+        x, y_, v_x, v_y = _product(row_x, y), _product(row_y, y), _product(row_x, y[n:]), _product(row_y, y[n:])
         cross, skew = 0.5 * (s.c_xy + s.c_yx), 0.25 * (s.k_xy - s.k_yx)
         f_x, f_y = s.c_xx * v_x + cross * v_y, cross * v_x + s.c_yy * v_y
         for i in range(row_x.shape[0]):
@@ -184,10 +184,10 @@ def slopes_of_seal_power(seals: Seals, Omega: float, q: Array, v: Array, a: Arra
     heat = of_skew = 0.0
     for k in range(seals.records.shape[1]):
         s, row_x, row_y = seal_at(seals, k, Omega), seals.rows[2 * k], seals.rows[2 * k + 1]
-        v_x, v_y, a_x, a_y = _product(row_x, v, 0), _product(row_y, v, 0), _product(row_x, a, 0), _product(row_y, a, 0)
+        v_x, v_y, a_x, a_y = _product(row_x, v), _product(row_y, v), _product(row_x, a), _product(row_y, a)
         cross = s.c_xy + s.c_yx
         heat += a_x * (2.0 * s.c_xx * v_x + cross * v_y) + a_y * (cross * v_x + 2.0 * s.c_yy * v_y)
-        of_skew += 0.5 * (s.k_xy - s.k_yx) * (a_y * _product(row_x, q, 0) - a_x * _product(row_y, q, 0))
+        of_skew += 0.5 * (s.k_xy - s.k_yx) * (a_y * _product(row_x, q) - a_x * _product(row_y, q))
     return heat, of_skew
 
 
@@ -197,7 +197,7 @@ def stored_by_seals(seals: Seals, Omega: float, q: Array) -> float:
     energy = 0.0
     for k in range(seals.records.shape[1]):
         s = seal_at(seals, k, Omega)
-        x, y = _product(seals.rows[2 * k], q, 0), _product(seals.rows[2 * k + 1], q, 0)
+        x, y = _product(seals.rows[2 * k], q), _product(seals.rows[2 * k + 1], q)
         energy += 0.5 * (s.k_xx * x * x + (s.k_xy + s.k_yx) * x * y + s.k_yy * y * y)
     return energy
 

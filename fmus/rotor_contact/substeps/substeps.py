@@ -58,20 +58,20 @@ def may_touch_between(w: Workspace, dt: float) -> bool:
 
 
 @kernel
-def apply_impacts(w: Workspace, Omega: float, law: int, rebounds: bool) -> bool:
-    """Apply the impact law where free journals have reached their retainers; return False if no impulse exists."""
+def apply_impacts(w: Workspace, Omega: float, law: int, rebound: float) -> bool:
+    """Apply the impact law where free journals have reached their retainers; return False if no impulse exists.
+
+    `rebound` is 1, or 0 to omit restitution.
+    """
     n = w.n
     z = stages_of(w.stages).z
     q = z[:n]
     v = z[n : 2 * n]
-    if not mark_touching(w.sites, q, v):
+    if not mark_touching(w.sites, q, v, rebound):
         return True
     if law == NODAL:
         nodal_impact(w, v, Omega)
         return True
-    if not rebounds:
-        for site in w.sites:
-            site.rebound = 0.0
     return newton_impact(w, v, Omega)
 
 
@@ -128,7 +128,7 @@ def advance(w: Workspace, settings: np.record, step_size: float, memory: np.reco
         copy(stages.k_new, stages.k_1)
         if event:
             events += 1
-            if not apply_impacts(w, spin_speed(w, tau, stages.z), law, not beyond_limit):
+            if not apply_impacts(w, spin_speed(w, tau, stages.z), law, 0.0 if beyond_limit else 1.0):
                 return FAULT_SINGULAR
             fault = resolve_modes(w, tau, longest if beyond_limit else shortest)
             if fault != 0:
