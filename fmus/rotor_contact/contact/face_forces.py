@@ -121,11 +121,24 @@ def forces_at(face: Face, at: FaceMotion) -> FaceForces:
 
 
 @kernel
-def face_motion(w: Workspace, k: int, q: Array, v: Array, Omega: float) -> FaceMotion:
-    """Return the motion of face k."""
-    u_x, u_y = lean_of(w, k, q)
+def face_motion(w: Workspace, k: int, z: Array, Omega: float) -> FaceMotion:
+    """Return the motion of face k at z; `Omega` (rad/s) is the spin speed if it is prescribed."""
+    n, m = w.n, w.Minv.shape[0]
+    records, rows = faces_of(w.faces, m)
+    face, v = records[k], z[n : 2 * n]
+    u_x, u_y = lean_of(w, k, z[:n])
     rate_x, rate_y = lean_of(w, k, v)
-    v_x, v_y, omega = relative_motion(w, k, v, Omega)
+    v_x, v_y, omega = dot(rows[8 * k], v[:m]), dot(rows[8 * k + 1], v[:m]), Omega
+    if w.spin[0].row >= 0:
+        omega = v[w.spin[0].row]
+    housing = housing_below(w, face)
+    if housing >= 0:
+        v_x -= v[housing]
+        v_y -= v[housing + 1]
+    if face.site >= 0.0:
+        race = w.sites[int(face.site)].race
+        if race >= 0:
+            omega -= v[race]
     return FaceMotion(u_x, u_y, rate_x, rate_y, v_x, v_y, omega)
 
 
@@ -135,26 +148,6 @@ def housing_below(w: Workspace, face: Face) -> int:
     if face.site >= 0.0 and face.on_mount != 0.0:
         return int(w.sites[int(face.site)].housing)
     return -1
-
-
-@kernel
-def relative_motion(w: Workspace, k: int, v: Array, Omega: float) -> tuple[float, float, float]:
-    """Return the velocities in x and y (m/s) and the spin (rad/s) of face k relative to its seat."""
-    m = w.Minv.shape[0]
-    records, rows = faces_of(w.faces, m)
-    face = records[k]
-    v_x, v_y, omega = dot(rows[8 * k], v[:m]), dot(rows[8 * k + 1], v[:m]), Omega
-    if w.spin[0].row >= 0:
-        omega = v[w.spin[0].row]
-    housing = housing_below(w, face)
-    if housing >= 0:
-        v_x -= v[housing]
-        v_y -= v[housing + 1]
-    if face.site >= 0.0:
-        site = w.sites[int(face.site)]
-        if site.race >= 0:
-            omega -= v[site.race]
-    return v_x, v_y, omega
 
 
 @kernel
@@ -191,13 +184,13 @@ def set_lean(face: Face, u_x: float, u_y: float) -> None:
 @noinline_kernel
 def set_torques(w: Workspace, z: Array, Omega: float, t: float) -> None:
     """Set the torques of all pressed faces for a part of length t (s) that starts from the state z."""
-    n, records, spin = w.n, faces_of(w.faces, w.Minv.shape[0]).records, w.spin[0]
+    records, spin = faces_of(w.faces, w.Minv.shape[0]).records, w.spin[0]
     for k in range(records.shape[0]):
         face = records[k]
         face.torque = 0.0
         if not is_pressing(face):
             continue
-        at = face_motion(w, k, z[:n], z[n : 2 * n], Omega)
+        at = face_motion(w, k, z, Omega)
         u_x, u_y = at.u_x + 0.5 * t * at.rate_x, at.u_y + 0.5 * t * at.rate_y
         p_x, p_y, _ = pressure(face, u_x, u_y, at.rate_x, at.rate_y)
         e_x, e_y = eccentricity(face.force, p_x, p_y)
@@ -215,23 +208,22 @@ def set_torques(w: Workspace, z: Array, Omega: float, t: float) -> None:
 
 
 @inlined_kernel
-def apply_faces(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> None:
-    """Add the effect of pressed faces to the acceleration `a`, and store their heat flows."""
-    m = w.Minv.shape[0]
+def apply_faces(w: Workspace, z: Array, Omega: float, a: Array) -> None:
+    """Add the effect of pressed faces at z to the acceleration `a`, and store their heat flows."""
     if w.faces.shape[0] > 0:
-        _apply(w, q, v, Omega, a, m)
+        _apply(w, z, Omega, a)
 
 
 @noinline_kernel
-def _apply(w: Workspace, q: Array, v: Array, Omega: float, a: Array, m: int) -> None:
+def _apply(w: Workspace, z: Array, Omega: float, a: Array) -> None:
+    m, spin = w.Minv.shape[0], w.spin[0]
     records, rows = faces_of(w.faces, m)
-    spin = w.spin[0]
     for k in range(records.shape[0]):
         face = records[k]
         face.sliding_power = face.rocking_power = 0.0
         if not is_pressing(face):
             continue
-        f_x, f_y, m_x, m_y, sliding, rocking = forces_at(face, face_motion(w, k, q, v, Omega))
+        f_x, f_y, m_x, m_y, sliding, rocking = forces_at(face, face_motion(w, k, z, Omega))
         face.sliding_power, face.rocking_power = sliding, rocking
         E = rows[8 * k + 4 : 8 * k + 8]
         g = 0.0
@@ -263,7 +255,7 @@ def add_accelerations(w: Workspace, z: Array, Omega: float, a: Array) -> None:
     records, rows = faces_of(w.faces, m)
     for k in range(records.shape[0]):
         if is_pressing(records[k]):
-            at, E = forces_at(records[k], face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], Omega)), rows[8 * k + 4 :]
+            at, E = forces_at(records[k], face_motion(w, k, z, Omega)), rows[8 * k + 4 :]
             for i in range(m):
                 a[i] += at.f_x * E[0, i] + at.f_y * E[1, i] + at.m_x * E[2, i] + at.m_y * E[3, i]
 
@@ -303,17 +295,16 @@ def collect_losses(w: Workspace) -> None:
 
 
 @noinline_kernel
-def face_limit(w: Workspace, v: Array, Omega: float, longest: float) -> float:
-    """Return a substep length (s), at most `longest`, that resolves all pressed faces."""
-    limit, records = longest, faces_of(w.faces, w.Minv.shape[0]).records
+def face_limit(w: Workspace, Omega: float, longest: float) -> float:
+    """Return a substep length (s), at most `longest`, that resolves all pressed faces at z."""
+    limit, records, z = longest, faces_of(w.faces, w.Minv.shape[0]).records, stages_of(w.stages).z
     for k in range(records.shape[0]):
         face = records[k]
         if is_pressing(face):
-            omega = relative_motion(w, k, v, Omega)[2]
             mobility = face.mobility
             if face.site >= 0.0:
                 mobility += face.on_mount * w.sites[int(face.site)].mobility
-            slip = max(abs(omega) * face.radius, LEAST_SLIP)
+            slip = max(abs(face_motion(w, k, z, Omega).omega) * face.radius, LEAST_SLIP)
             tilting = 0.5 * face.radius * face.radius * face.tilt_mobility
             fastest = math.sqrt(face.stiffness * tilting) + face.damping * tilting
             fastest += math.sqrt(

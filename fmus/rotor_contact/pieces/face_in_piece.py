@@ -39,7 +39,7 @@ def begin_face_forces(w: Workspace, matrices: StepMatrices, h: float) -> None:
         face = records[k]
         if not is_pressing(face):
             continue
-        motion = face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], Omega)
+        motion = face_motion(w, k, z, Omega)
         at = forces_at(face, motion)
         for i in range(N_FORCES):
             added[i] = at[i]
@@ -156,8 +156,7 @@ def _motion_at(w: Workspace, matrices: StepMatrices, k: int, point: int) -> Face
     """Return the motion of face k at a Lobatto point."""
     piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
     if point == 0:
-        z = stages_of(w.stages).z
-        return face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], piece.spin[0, 0])
+        return face_motion(w, k, stages_of(w.stages).z, piece.spin[0, 0])
     face, observed = faces_of(w.faces, w.Minv.shape[0]).records[k], piece.observed[6]
     place = place_index(n_ports, point, port_of_face(matrices, k, 0))
     lean = place_index(n_ports, point, port_of_face(matrices, k, 1))
@@ -182,7 +181,7 @@ def observe_face_forces(
         face = records[k]
         if not is_pressing(face):
             continue
-        at, seat = forces_at(face, face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], Omega)), _port_of_seat(w, matrices, k)
+        at, seat = forces_at(face, face_motion(w, k, z, Omega)), _port_of_seat(w, matrices, k)
         for i in range(N_FORCES):
             _add_row(around, first + _unit_of(matrices, k, i), at[i], observed)
         if seat >= 0:

@@ -67,7 +67,7 @@ def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
     if n > w.Minv.shape[0]:
         accelerate_bodies(w, q, v, damping_torque, a)
     apply_compliant(w, z, Omega, a)
-    apply_faces(w, q, v, Omega, a)
+    apply_faces(w, z, Omega, a)
     solved = apply_contact(w, q, v, Omega, a)
     _write_rates(w, Omega, unbalance, shaft_heat, damping_torque, z, dz)
     return solved
@@ -199,4 +199,4 @@ def substep_limit(w: Workspace, Omega: float, longest: float) -> float:
     if n > w.Minv.shape[0]:
         limit = min(limit, body_limit(w.sites, w.spin[0]))
     limit = compliant_limit(w.Minv, w.sites, v, Omega, limit)
-    return face_limit(w, v, Omega, limit) if w.faces.shape[0] > 0 else limit
+    return face_limit(w, Omega, limit) if w.faces.shape[0] > 0 else limit
