@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmi_export.flat import copy
+from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.linear_state import LinearState
 from fmi_export.model import Array
@@ -43,8 +43,7 @@ from rotor_contact.matrices.matrix_sizes import matrices_key_size, places_of_mat
 from rotor_contact.matrices.step_matrices import MatricesKey, StepMatrices, matrices_key_of, step_matrices_of
 from rotor_contact.shaft.linear_solver import Equations, equations_of
 from rotor_contact.shaft.structure import REAL, Structure, structure_of
-from rotor_contact.variables.signals import Inputs, Parameters
-from rotor_contact.variables.step_cache import StepCache, step_cache_of, step_cache_size
+from rotor_contact.variables.signals import N_INPUTS, Inputs, Parameters, first_disc_input, n_inputs, n_parameters
 from rotor_contact.whole_steps.constant_speed import ConstantSpeed, constant_speed_of, constant_speed_size
 
 # The state begins with this record, all float64, and goes on with the arrays of `State`.
@@ -82,6 +81,17 @@ class State(NamedTuple):
     axial: Records  # one of type `AXIAL` if the rotor has a thrust disc, else none
     faces: Records  # of type `FACE_STATE`
     z: Array  # (q, v, integrals), with room for all possible bodies; with fewer, only the first part is used
+
+
+class StepCache(NamedTuple):
+    """Parameters and inputs of the last step, on which its records of sites and bodies and its forces depend.
+
+    The forces are those without the magnets'. If any number differs in a single bit, all is computed again.
+    """
+
+    n: Array  # total number of degrees of freedom, in an array of length 2
+    parameters: Array
+    inputs: Array
 
 
 class Scratch(NamedTuple):
@@ -137,7 +147,7 @@ def places_in_work(structure: Structure) -> tuple[int, ...]:
     orbit = equations + n_unknowns * (n_unknowns + 1)
     bearings = orbit + 2 * n * (2 * n + 1)
     step_cache = bearings + structure.bearings.shape[0] * N_BEARING
-    faces = step_cache + step_cache_size(structure)
+    faces = step_cache + 2 + (n_parameters(structure) + n_inputs(structure) + 1) // 2 * 2
     return motion, sites, equations, orbit, bearings, step_cache, faces, faces + faces_size(structure.n_faces, n)
 
 
@@ -187,6 +197,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     """Return views into the scratch array of a rotor with this structure."""
     n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
     motion, sites, equations, orbit, bearings, step_cache, faces, matrices = places_in_work(structure)
+    n_given = n_parameters(structure)
     return Scratch(
         part(work, 0, SPIN, 1),
         step_matrices_of(work, matrices, structure),
@@ -197,7 +208,11 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
         part(work, bearings, BEARING, n_bearings),
         part(work, sites, REAL, (n_sites, N_SITE)),
         equations_of(work, orbit, 2 * n),
-        step_cache_of(work, step_cache, structure),
+        StepCache(
+            part(work, step_cache, REAL, 2),
+            part(work, step_cache + 2, REAL, n_given),
+            part(work, step_cache + 2 + n_given, REAL, n_inputs(structure)),
+        ),
         part(work, faces, REAL, matrices - faces),
     )
 
@@ -218,6 +233,25 @@ def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int)
         structure.n_translations,
         scratch.faces,
     )
+
+
+@kernel
+def is_cached(cache: StepCache, structure: Structure, parameters: Array, inputs: Array) -> bool:
+    """Return whether everything except the magnets' forces is unchanged since the last call of `store_in_cache`."""
+    discs = first_disc_input(structure)
+    return (
+        same_bits(parameters, cache.parameters)
+        and same_bits(inputs[:N_INPUTS], cache.inputs[:N_INPUTS])
+        and same_bits(inputs[discs:], cache.inputs[discs:])
+    )
+
+
+@kernel
+def store_in_cache(cache: StepCache, parameters: Array, inputs: Array, n: int) -> None:
+    """Store the parameters, the inputs and the resulting total number of degrees of freedom."""
+    copy(parameters, cache.parameters)
+    copy(inputs, cache.inputs)
+    cache.n[0] = n
 
 
 @noinline_kernel

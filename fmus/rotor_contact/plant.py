@@ -39,6 +39,7 @@ from rotor_contact.initial_orbit import clamp_to_clearance, start_on_orbit
 from rotor_contact.layout import (
     Scratch,
     hold_spin,
+    is_cached,
     linear_state,
     load_faces,
     load_sites,
@@ -49,6 +50,7 @@ from rotor_contact.layout import (
     scratch_of,
     state_of,
     store_faces,
+    store_in_cache,
     store_sites,
     workspace_of,
 )
@@ -62,7 +64,6 @@ from rotor_contact.variables.enumerations import COMPLIANT, EXACT, INTEGRATED, N
 from rotor_contact.variables.interface import interface_of
 from rotor_contact.variables.planes import Planes
 from rotor_contact.variables.signals import inputs_of, outputs_of, parameters_of
-from rotor_contact.variables.step_cache import is_valid, store
 
 FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL, FAULT_FAST = 3, 4, 5, 6, 7
 FAULT_ENERGY = 9
@@ -266,14 +267,14 @@ def _work_of_jump(w: Workspace, Omega: float) -> float:
 def _prepare(structure: Structure, parameters: Array, inputs: Array, scratch: Scratch) -> int:
     """Compute everything that does not depend on state or magnets; return the total number of degrees of freedom."""
     cache = scratch.step_cache
-    if not is_valid(cache, structure, parameters, inputs):
+    if not is_cached(cache, structure, parameters, inputs):
         p, u = parameters_of(parameters, structure), inputs_of(inputs, structure)
         motion = motion_of(structure, scratch.motion, scratch.bearings, 0.0, 0.0, 0.0)
         sizes = scratch.matrices.sizes[0]
         if collect_amplitudes(p, u, scratch.matrices.amplitudes) or sizes.inputs == 0.0:
             sizes.inputs += 1.0
             collect_forces(structure, scratch.matrices.amplitudes, motion)
-        store(cache, parameters, inputs, place_sites(structure, p, u, scratch))
+        store_in_cache(cache, parameters, inputs, place_sites(structure, p, u, scratch))
     return int(cache.n[0])
 
 
