@@ -72,8 +72,8 @@ set.rotor_contact."d1.u" = "0.5 g.m"
 """
 
 
-def compared_with_baseline(scenario: str, until: str | None = None) -> dict[str, Any]:
-    """Return the differences between co-simulation and baseline, and the data of the run of a text or a name."""
+def compared_with_baseline(scenarios: list[str], until: str | None) -> list[dict[str, Any]]:
+    """Return the differences between co-simulation and baseline, and the data of each run, of texts or names."""
     import tomllib
 
     from amb_cosim.cosim.run.options import RunOptions
@@ -82,23 +82,29 @@ def compared_with_baseline(scenario: str, until: str | None = None) -> dict[str,
     from amb_cosim.scenario.simulation import execute
     from benchmarks.baseline import Baseline
 
-    parsed = make_scenario(tomllib.loads(scenario), "case") if "\n" in scenario else load_scenario(scenario)
-    prepared = prepare_run(parsed, until=until, options=RunOptions(flavour="native"))
-    dataset, result = execute(prepared).dataset, Baseline(prepared).run()
-    profiled = Baseline(prepared).run(profile=True)
-    expected = {name: dataset[name].values.astype(float) for name in prepared.recorded}
-    return {
-        "shape": list(result.table.shape),
-        "points": dataset.sizes["time"],
-        "variables": len(dataset.data_vars),
-        "differing": [n for n, v in zip(expected, result.table.T, strict=True) if v.tobytes() != expected[n].tobytes()],
-        "profiled": profiled.table.tobytes() == result.table.tobytes(),
-        "parts": sum(profiled.parts.values()) / profiled.seconds,
-        "steps": len(profiled.steps),
-        "shortest_step": profiled.steps.min(),
-        "all_steps": sum(profiled.steps) / sum(profiled.parts[c.name] for c in prepared.system.components),
-        "contact": sorted(set(dataset["rotor_contact.contact_state"].values.tolist())),
-    }
+    results = []
+    for scenario in scenarios:
+        parsed = make_scenario(tomllib.loads(scenario), "case") if "\n" in scenario else load_scenario(scenario)
+        prepared = prepare_run(parsed, until=until, options=RunOptions(flavour="native"))
+        dataset, result = execute(prepared).dataset, Baseline(prepared).run()
+        profiled = Baseline(prepared).run(profile=True)
+        expected = {name: dataset[name].values.astype(float) for name in prepared.recorded}
+        pairs = zip(expected, result.table.T, strict=True)
+        results.append(
+            {
+                "shape": list(result.table.shape),
+                "points": dataset.sizes["time"],
+                "variables": len(dataset.data_vars),
+                "differing": [name for name, values in pairs if values.tobytes() != expected[name].tobytes()],
+                "profiled": profiled.table.tobytes() == result.table.tobytes(),
+                "parts": sum(profiled.parts.values()) / profiled.seconds,
+                "steps": len(profiled.steps),
+                "shortest_step": profiled.steps.min(),
+                "all_steps": sum(profiled.steps) / sum(profiled.parts[c.name] for c in prepared.system.components),
+                "contact": sorted(set(dataset["rotor_contact.contact_state"].values.tolist())),
+            }
+        )
+    return results
 
 
 BLOWER = str(process.REPOSITORY / "tests/amb_assessment/assessment/blower/levitation.toml")
@@ -119,24 +125,24 @@ def test_every_cost_of_a_sweep_is_measured() -> None:
 
 @needs_compiler
 @pytest.mark.parametrize(
-    ("scenario", "until", "contact"),
+    ("scenarios", "until", "contact"),
     [
-        (SCENARIO.format(step=250), None, 3),
-        (SCENARIO.format(step=125), None, 3),  # every second step of the controller takes no sample
-        ("drop", "0.02 s", 1),  # with the stators of the run
-        (BLOWER, "2 ms", 0),  # with a controller of its own
+        # the same program; in the second, every second step of the controller takes no sample
+        ([SCENARIO.format(step=250), SCENARIO.format(step=125)], None, 3),
+        (["drop"], "0.02 s", 1),  # with the stators of the run
+        ([BLOWER], "2 ms", 0),  # with a controller of its own
     ],
 )
-def test_the_baseline_equals_the_co_simulation_to_the_last_bit(scenario, until, contact, run_python) -> None:
-    result = run_python(compared_with_baseline, scenario=scenario, until=until, timeout=600)
-    assert result["differing"] == []
-    assert result["profiled"]
-    assert result["shape"] == [result["points"], result["variables"]]
-    assert result["contact"][-1] >= contact
-    assert 0.0 < result["parts"] <= 1.0  # less than half if another program interrupts one of few steps
-    assert result["steps"] == result["points"] - 1
-    assert result["shortest_step"] > 0.0
-    assert result["all_steps"] == pytest.approx(1.0, abs=1e-9)
+def test_the_baseline_equals_the_co_simulation_to_the_last_bit(scenarios, until, contact, run_python) -> None:
+    for result in run_python(compared_with_baseline, scenarios=scenarios, until=until, timeout=600):
+        assert result["differing"] == []
+        assert result["profiled"]
+        assert result["shape"] == [result["points"], result["variables"]]
+        assert result["contact"][-1] >= contact
+        assert 0.0 < result["parts"] <= 1.0  # less than half if another program interrupts one of few steps
+        assert result["steps"] == result["points"] - 1
+        assert result["shortest_step"] > 0.0
+        assert result["all_steps"] == pytest.approx(1.0, abs=1e-9)
 
 
 def longest_of(scenario: str) -> dict[str, Any]:

@@ -9,16 +9,22 @@ from command_line import run_command
 
 from amb_cosim.cosim.run.dataset import save
 
-SETTINGS = {
-    "tex": "text.usetex : True\n",
-    "sketch": "path.sketch : 2, 100, 3\nfigure.facecolor : black\n",
-    "font": "font.family : NoSuchFont\nsavefig.bbox : tight\n",
-    "numbers": "figure.dpi : inf\nsavefig.dpi : 1e9\nfont.size : nan\n",
-    "texts": "text.parse_math : False\naxes.unicode_minus : False\naxes.formatter.use_locale : True\n",
-    "cycle": "axes.prop_cycle : cycler('linestyle', ['-', '--'])\n",
-}
+SETTINGS = """
+text.usetex : True
+text.parse_math : False
+font.family : NoSuchFont
+font.size : nan
+figure.dpi : inf
+figure.facecolor : black
+savefig.bbox : tight
+savefig.dpi : 1e9
+path.sketch : 2, 100, 3
+axes.unicode_minus : False
+axes.formatter.use_locale : True
+axes.prop_cycle : cycler('linestyle', ['-', '--'])
+"""
 FILES = {
-    **{name: lambda path, text=text: path.write_text(text, encoding="utf-8") for name, text in SETTINGS.items()},
+    "settings": lambda path: path.write_text(SETTINGS, encoding="utf-8"),
     "pipe": os.mkfifo,
     "no text": lambda path: path.write_bytes(b"\xff\xfe"),
     "folder": Path.mkdir,

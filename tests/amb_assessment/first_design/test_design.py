@@ -113,6 +113,7 @@ def test_sensitivity_of_the_design_is_that_of_the_closed_loop(page_machine):
         assert peak.value == pytest.approx(max(value for value, _ in peaks_of(*band)), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_node_between_sensor_and_magnet_is_a_shortfall(tmp_path):
     """Sensors beyond the node of the first bending mode: its shape has another sign there than at the magnet."""
     text = drawing_of_the_page() + supports_of(ACROSS)
