@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from rolac_controller.sizes import sizes_of
 from signal_chain.lowpass import coefficients
 from signal_chain.presets import is_on
 
+table_of = cache(interface_of)  # one search for gains reads it hundreds of times
+
 
 def parameters_of_loop(loop: ControlLoop, parameters: Mapping[str, float]) -> Parameters:
     """Return the parameters of a controller as a kernel record: the given values, and start values for the rest.
@@ -25,7 +28,7 @@ def parameters_of_loop(loop: ControlLoop, parameters: Mapping[str, float]) -> Pa
     ValueError
         If the controller has no parameter of a given name.
     """
-    table, constants = interface_of(loop), no_table(loop)
+    table, constants = table_of(loop), no_table(loop)
     values: Array = table.start[: table.n_parameters].copy()
     for name, value in parameters.items():
         values[table.index("parameter", name)] = value

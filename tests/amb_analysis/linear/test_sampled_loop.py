@@ -7,7 +7,9 @@ import pytest
 from rig import given_parameters, identified_receptance
 from sampled_loop import controller_response, zoh_response
 
-from amb_analysis.linear.sampled_loop import sensor_response
+from amb_analysis.linear.sampled_loop import parameters_of_loop, sensor_response
+from rolac_controller import interface
+from rolac_controller.control_loop import ControlLoop, SensorPlane
 from rolac_controller.parameters import BEARING_K_S
 
 OMEGA, H = 2.0 * math.pi * 16.0, 250e-6
@@ -55,3 +57,13 @@ def test_sensors_off_their_planes_mix_the_displacements():
     assert f[4, 4] < 1.0
     np.testing.assert_allclose(f.sum(axis=1), 1.0, rtol=1e-12)
     np.testing.assert_array_equal(f[4, 1::2], 0.0)
+
+
+def test_variables_of_a_controller_are_declared_once_for_all_gains(monkeypatch):
+    """A search for gains asks for the parameters hundreds of times; equal loops have equal variables."""
+    declared, declare = [], interface.parameter_variables
+    monkeypatch.setattr(interface, "parameter_variables", lambda loop: declared.append(loop) or declare(loop))
+    for gain in (1e6, 2e6):
+        loop = ControlLoop(("once",), (SensorPlane("p", "p.x", "p.y", 0.1),), ("p",))
+        assert parameters_of_loop(loop, {"once.k_b_x": gain}).axes[0].k_b == gain
+    assert len(declared) == 1
