@@ -308,7 +308,8 @@ class Modes(NamedTuple):
 
     def response(self, z: Complex) -> Complex:
         """Return C (z - A)^-1 B at points z, shape (n, outputs, inputs)."""
-        return np.asarray((self.of_outputs / (z[:, None, None] - self.poles)) @ self.of_inputs)
+        residues = self.of_outputs.T[:, :, None] * self.of_inputs[:, None, :]
+        return np.tensordot(1.0 / (z[:, None] - self.poles), residues, axes=1)
 
 
 def modes_of(system: StateSpace) -> Modes | None:
