@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from amb_analysis.linear.components import (
     LinearComponent,
     connected,
     harmonic_response,
+    held,
     loop_of,
     within,
     without_idle_states,
@@ -91,6 +93,12 @@ class ForwardLoop:
         """Input columns of the plant for the sites, the unbalances and the currents."""
         m, d, b = len(self.sites), len(self.unbalances), len(self.currents)
         return slice(0, m), slice(m, m + d), slice(m + d, m + d + b)
+
+    @cached_property
+    def held(self) -> tuple[Complex, Complex, Complex]:
+        """Phi, Gamma_0 and Gamma_1 of the plant under held currents (`components.held`)."""
+        assert self.sample_time is not None
+        return held(self.plant.A, self.plant.B[:, self.columns[2]], self.sample_time, self.late)
 
 
 def forward_loop(source: LinearSource, Omega: float, sites: Sequence[str]) -> ForwardLoop:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_analysis.linear.components import frequency_response, held
+from amb_analysis.linear.components import frequency_response
 from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop
 
 
@@ -86,10 +86,7 @@ def sampled_response(loop: ForwardLoop, z: complex) -> Complex:
 
     x(n+1) = Phi x(n) + Gamma_1 u(n-1) + Gamma_0 u(n), with currents u held (2)
     """
-    assert loop.sample_time is not None
-    columns, T = loop.columns[2], loop.sample_time
-    A, B, C, D = loop.plant.A, loop.plant.B[:, columns], loop.plant.C, loop.plant.D
-    Phi, Gamma_0, Gamma_1 = held(A, B, T, loop.late)
-    x = np.linalg.solve(z * np.eye(len(A)) - Phi, Gamma_0 + Gamma_1 / z)
+    Phi, Gamma_0, Gamma_1 = loop.held
+    x = np.linalg.solve(z * np.eye(len(Phi)) - Phi, Gamma_0 + Gamma_1 / z)
     direct_delay = np.where(loop.late > 0.0, 1.0 / z, 1.0)
-    return np.asarray(C @ x + D[:, columns] * direct_delay)
+    return np.asarray(loop.plant.C @ x + loop.plant.D[:, loop.columns[2]] * direct_delay)

@@ -1,9 +1,13 @@
 """States of steady rub: equilibrium, and completeness."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from jeffcott import CLEARANCE, DAMPING, MASS, OWN, STIFFNESS, dynamic_stiffness, jeffcott
 
+from amb_analysis.steady_contact import forward_loop
+from amb_analysis.steady_contact.forward_loop import ComplexLaw
 from amb_analysis.steady_contact.homotopy import solve_by_paths
 from amb_analysis.steady_contact.receptances import receptances
 from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
@@ -40,6 +44,26 @@ def test_states_are_in_equilibrium_press_outward_and_keep_gaps(n_sites):
             others = [k for k in range(n_sites) if k not in contact]
             assert (np.abs(result.q[:, others]) < c[others]).all()
     assert count > 10
+
+
+def test_a_loop_samples_its_plant_once_for_all_frequencies(monkeypatch):
+    sampled, held = [], forward_loop.held
+    monkeypatch.setattr(forward_loop, "held", lambda *given: sampled.append(given) or held(*given))
+    free = jeffcott(OWN)
+    plant = ComplexLaw(
+        free.plant.A,
+        np.hstack([free.plant.B, [[0.0], [100.0 / MASS]]]),
+        np.vstack([free.plant.C, free.plant.C]),
+        np.zeros((2, 3), dtype=complex),
+    )
+    control = ComplexLaw(
+        *(np.zeros(shape, dtype=complex) for shape in ((0, 0), (0, 1), (1, 0))), np.array([[-500.0 + 0j]])
+    )
+    loop = replace(free, plant=plant, controller=control, sample_time=1e-5, late=np.zeros(1), currents=("coil",))
+    for omega in (0.5 * OWN, OWN, 2.0 * OWN):
+        expected = 1.0 / dynamic_stiffness(omega, stiffness=STIFFNESS + 5e4)
+        np.testing.assert_allclose(receptances(loop, omega).R, expected, rtol=1e-2)
+    assert len(sampled) == 1
 
 
 def test_resultant_and_paths_find_the_same_pairs():
