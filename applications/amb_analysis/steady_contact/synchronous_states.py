@@ -20,6 +20,7 @@ sites, they are solved by homotopy continuation (`homotopy`). Solutions with |p|
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -71,12 +72,17 @@ def all_sets(n_sites: int, most: int | None = None) -> list[tuple[int, ...]]:
 
 
 def states_of(contact: tuple[int, ...], R: Complex, mu: Array, c: Array, r: Complex) -> States:
-    """Return all synchronous states with exactly this set of sites in contact (1).
+    """Return all synchronous states with exactly this set of sites in contact; other arguments as `states_of_all`."""
+    return states_of_all([contact], R, mu, c, r)[0]
+
+
+def states_of_all(sets: Sequence[tuple[int, ...]], R: Complex, mu: Array, c: Array, r: Complex) -> list[States]:
+    """Return all synchronous states (1) of each set of sites in contact; all sets of one size are solved together.
 
     Parameters
     ----------
-    contact
-        Indices of the sites.
+    sets
+        Indices of the sites in contact.
     R
         Receptances of all sites (m/N), shape (n_sites, n_sites), or per point (n_points, n_sites, n_sites).
     mu
@@ -86,27 +92,47 @@ def states_of(contact: tuple[int, ...], R: Complex, mu: Array, c: Array, r: Comp
     r
         Orbits of all sites without contact (m), shape (n_points, n_sites).
     """
-    n_points = len(r)
-    R_at_points = np.broadcast_to(R, (n_points, *R.shape[-2:]))
+    n = len(r)
+    R_at_points = np.broadcast_to(R, (n, *R.shape[-2:]))
+    solved: dict[tuple[int, ...], tuple[NDArray[np.int64], Complex, Array]] = {
+        (): (np.arange(n), np.zeros((n, 0), dtype=complex), np.zeros((n, 0)))
+    }
+    for m in {len(contact) for contact in sets if contact}:
+        alike = [contact for contact in sets if len(contact) == m]
+        at = np.array(alike)
+        rho = (R_at_points[:, at[:, :, None], at[:, None]] * (1.0 + 1j * mu[at])[:, None]).reshape(-1, m, m)
+        row, p, N = _solutions(rho, np.tile(c[at], (n, 1)), r[:, at].reshape(-1, m))
+        for k, contact in enumerate(alike):
+            own = row % len(alike) == k
+            solved[contact] = row[own] // len(alike), p[own], N[own]
+    return [_apart(contact, *solved[contact], R_at_points, mu, c, r) for contact in sets]
+
+
+def _apart(
+    contact: tuple[int, ...],
+    points: NDArray[np.int64],
+    p: Complex,
+    N: Array,
+    R: Complex,
+    mu: Array,
+    c: Array,
+    r: Complex,
+) -> States:
+    """Return the solutions that press outward at the sites in contact and do not reach the other sites."""
     at = list(contact)
-    if not at:
-        points, p, N = np.arange(n_points), np.zeros((n_points, 0), dtype=complex), np.zeros((n_points, 0))
-    else:
-        rho = R_at_points[:, at][:, :, at] * (1.0 + 1j * mu[at])
-        points, p, N = _solutions(rho, c[at], r[:, at])
     force = np.zeros((len(points), len(c)), dtype=complex)
     force[:, at] = -N * (1.0 + 1j * mu[at]) * p
-    q = r[points] + np.einsum("nij,nj->ni", R_at_points[points], force)
+    q = r[points] + np.einsum("nij,nj->ni", R[points], force)
     others = [k for k in range(len(c)) if k not in contact]
     apart = (np.abs(q[:, others]) < c[others]).all(axis=1) & (N > 0.0).all(axis=1)
     return States(contact, points[apart], N[apart], np.angle(p[apart]), q[apart], force[apart])
 
 
 def _solutions(rho: Complex, c: Array, r: Complex) -> tuple[NDArray[np.int64], Complex, Array]:
-    """Return point, p and N of all real solutions of (1); rho has the shape (n, m, m), and r has the shape (n, m)."""
+    """Return point, p and N of all real solutions of (1), given rho, shape (n, m, m), and c and r, shape (n, m)."""
     m = r.shape[1]
     if m == 1:
-        return _single(rho[:, 0, 0], float(c[0]), r[:, 0])
+        return _single(rho[:, 0, 0], c[:, 0], r[:, 0])
     scale = np.sqrt(np.abs(np.einsum("njj->nj", rho)))
     scale = np.where(scale > 0.0, scale, 1.0)
     regular = np.linalg.cond(rho / (scale[:, :, None] * scale[:, None, :])) < SINGULAR
@@ -114,18 +140,18 @@ def _solutions(rho: Complex, c: Array, r: Complex) -> tuple[NDArray[np.int64], C
     if not len(regular_points):
         return np.zeros(0, dtype=np.int64), np.zeros((0, m), dtype=complex), np.zeros((0, m))
     E = np.linalg.inv(rho[regular_points])
-    s = np.einsum("njk,nk->nj", E, r[regular_points])
-    candidates = _pair(E, c, s) if m == 2 else solve_by_paths(E * c, s)
+    s, e = np.einsum("njk,nk->nj", E, r[regular_points]), E * c[regular_points, None]
+    candidates = _pair(e, s) if m == 2 else solve_by_paths(e, s)
     row, k = np.nonzero((np.abs(np.abs(candidates) - 1.0) < ON_CIRCLE).all(axis=2))
-    p, converged = _polished(np.asarray(np.angle(candidates[row, k]), dtype=np.float64), E[row] * c, s[row])
+    p, converged = _polished(np.asarray(np.angle(candidates[row, k]), dtype=np.float64), e[row], s[row])
     row, p = row[converged], p[converged]
     distinct = _distinct(row, p)
     row, p = row[distinct], p[distinct]
-    N = (p.conj() * (s[row] - np.einsum("njk,nk->nj", E[row] * c, p))).real
+    N = (p.conj() * (s[row] - np.einsum("njk,nk->nj", e[row], p))).real
     return regular_points[row], p, N
 
 
-def _single(rho: Complex, c: float, r: Complex) -> tuple[NDArray[np.int64], Complex, Array]:
+def _single(rho: Complex, c: Array, r: Complex) -> tuple[NDArray[np.int64], Complex, Array]:
     """Return the positive roots N of the quadratic, computed without cancellation; there are none if rho = 0."""
     square, half = np.abs(rho) ** 2, c * rho.real
     rest = c * c - np.abs(r) ** 2
@@ -140,11 +166,11 @@ def _single(rho: Complex, c: float, r: Complex) -> tuple[NDArray[np.int64], Comp
     valid[:, 1] &= roots[:, 1] > roots[:, 0]
     points, k = np.nonzero(valid & (roots > 0.0))
     N = roots[points, k]
-    p = r[points] / (c + rho[points] * N)
+    p = r[points] / (c[points] + rho[points] * N)
     return points, (p / np.abs(p))[:, None], N[:, None]
 
 
-def _pair(E: Complex, c: Array, s: Complex) -> Complex:
+def _pair(e: Complex, s: Complex) -> Complex:
     """Return candidates (p_1, p_2), shape (n, 24, 2): each root x of the resultant with each root y of both equations.
 
     For each site, (2) multiplied by p_1 p_2 is quadratic in y, where x = p_1 and y = p_2:
@@ -153,8 +179,8 @@ def _pair(E: Complex, c: Array, s: Complex) -> Complex:
         (conj(h) - conj(s_2) x) y^2 - 2 i d_2 x y + s_2 x - h x^2 = 0,                h = E_21 c_1, d_2 = Im E_22 c_2
     """
     n = len(s)
-    size = np.abs(E * c).sum(axis=2) + np.abs(s)  # scale each equation by its magnitude
-    e, s = E * c / size[:, :, None], s / size
+    size = np.abs(e).sum(axis=2) + np.abs(s)  # scale each equation by its magnitude
+    e, s = e / size[:, :, None], s / size
     g, h, d1, d2 = e[:, 0, 1], e[:, 1, 0], e[:, 0, 0].imag, e[:, 1, 1].imag
     s_1, s_2, zero = s[:, 0], s[:, 1], np.zeros(n, dtype=complex)
     a, b, k = [-g], [s_1, -2j * d1, -s_1.conj()], [zero, zero, g.conj()]
@@ -165,7 +191,8 @@ def _pair(E: Complex, c: Array, s: Complex) -> Complex:
     )
     coefficients = np.stack(resultant[1:8], axis=1)  # the constant is 0: x^1 to x^7
     x = _roots(coefficients)
-    ones, square, (g, h, s_1, s_2, d1, d2) = np.ones_like(x), x**2, (v[:, None] for v in (g, h, s_1, s_2, d1, d2))
+    g, h, s_1, s_2 = (v[:, None] for v in (g, h, s_1, s_2))
+    ones, square, d1, d2 = np.ones_like(x), x**2, d1[:, None], d2[:, None]
     y = np.concatenate(
         [
             _quadratic(-g * ones, s_1 - 2j * d1 * x - s_1.conj() * square, g.conj() * square),

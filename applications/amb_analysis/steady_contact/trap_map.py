@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from amb_analysis.steady_contact.forward_loop import Complex
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.stability import Dynamics, SmallMotion, slowest_decay
-from amb_analysis.steady_contact.synchronous_states import States, all_sets, states_of
+from amb_analysis.steady_contact.synchronous_states import States, all_sets, states_of_all
 from array_types import Array, Bools
 from rotor_analysis.refinement import refined
 
@@ -251,15 +251,14 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
         Largest number of sites in contact at once; None allows all sites.
     """
     sets = all_sets(len(rotor.sites), most)
-    found: list[list[States]] = [[] for _ in sets]
+    found: list[list[States]] = []
     dynamics = []
     for Omega in speeds:
         at, mu = rotor.receptances(float(Omega)), rotor.mu(float(Omega))
         r = np.outer(factors, at.P @ rotor.unbalance * Omega**2)
         dynamics.append(Dynamics(rotor.loop(float(Omega)), rotor.c, mu, rotor.mu_slope(float(Omega))))
-        for k, contact in enumerate(sets):
-            found[k].append(states_of(contact, at.R, mu, rotor.c, r))
-    joined = (_joined(contact, pieces, tuple(dynamics)) for contact, pieces in zip(sets, found, strict=True))
+        found.append(states_of_all(sets, at.R, mu, rotor.c, r))
+    joined = (_joined(contact, pieces, tuple(dynamics)) for contact, *pieces in zip(sets, *found, strict=True))
     return TrapMap(speeds, factors, tuple(joined))
 
 
@@ -316,9 +315,8 @@ def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None
     R_i, P_i, S_i = at.currents
     force = rotor.unbalance * Omega**2
     r = (at.P @ force + at.S @ added)[None]
-    for contact in all_sets(len(rotor.sites)):
-        states = states_of(contact, at.R, mu, rotor.c, r)
-        names = tuple(rotor.sites[k] for k in contact)
+    for states in states_of_all(all_sets(len(rotor.sites)), at.R, mu, rotor.c, r):
+        contact, names = states.contact, tuple(rotor.sites[k] for k in states.contact)
         for n in range(len(states.points)):
             currents = R_i @ states.force[n] + P_i @ force + S_i @ added
             N = dict(zip(names, map(float, states.N[n]), strict=True))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from jeffcott import CLEARANCE, DAMPING, MASS, OWN, STIFFNESS, dynamic_stiffness, jeffcott
 
-from amb_analysis.steady_contact import forward_loop
+from amb_analysis.steady_contact import forward_loop, synchronous_states
 from amb_analysis.steady_contact.forward_loop import ComplexLaw
 from amb_analysis.steady_contact.homotopy import solve_by_paths
 from amb_analysis.steady_contact.receptances import receptances
-from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
+from amb_analysis.steady_contact.synchronous_states import all_sets, states_of, states_of_all
 
 
 def some_rotor(n_sites, points, seed=0, size=3.0):
@@ -44,6 +44,22 @@ def test_states_are_in_equilibrium_press_outward_and_keep_gaps(n_sites):
             others = [k for k in range(n_sites) if k not in contact]
             assert (np.abs(result.q[:, others]) < c[others]).all()
     assert count > 10
+
+
+def test_sets_of_equally_many_sites_are_solved_together(monkeypatch):
+    """All sets with one site, then all with two, with the states that each set has alone."""
+    solved, solve = [], synchronous_states._solutions
+    monkeypatch.setattr(synchronous_states, "_solutions", lambda rho, c, r: solved.append(len(r)) or solve(rho, c, r))
+    R, _, r = some_rotor(4, 200, size=1.0)
+    mu, c, sets = np.array([0.0, 0.3, 0.1, 0.2]), np.array([1.0, 1.2, 0.8, 1.1]), all_sets(4, 2)
+    together = states_of_all(sets, R, mu, c, r)
+    assert sorted(solved) == [4 * 200, 6 * 200]
+    for contact, states in zip(sets, together, strict=True):
+        alone = states_of(contact, R, mu, c, r)
+        assert (states.contact, states.points.tolist()) == (contact, alone.points.tolist())
+        for name in ("N", "psi", "q", "force"):
+            np.testing.assert_allclose(getattr(states, name), getattr(alone, name), rtol=1e-9, atol=1e-12)
+    assert sum(len(states.points) for states in together if len(states.contact) == 2) > 10
 
 
 def test_a_loop_samples_its_plant_once_for_all_frequencies(monkeypatch):
