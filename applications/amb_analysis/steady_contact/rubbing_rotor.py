@@ -11,6 +11,7 @@ import numpy as np
 from amb_analysis.machine.machine import Machine, machine_of
 from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop, forward_loop, mixing
 from amb_analysis.steady_contact.receptances import Receptances, receptances
+from amb_analysis.steady_contact.stability import Dynamics
 from amb_cosim.model_constants.plant_data import stator_bores
 from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.plan import ScenarioPlan
@@ -50,6 +51,7 @@ class RubbingRotor:
     notes: tuple[str, ...]
     _loops: dict[float, ForwardLoop] = field(default_factory=dict)
     _receptances: dict[float, Receptances] = field(default_factory=dict)
+    _dynamics: dict[float, Dynamics] = field(default_factory=dict)
 
     @property
     def Omega(self) -> float:
@@ -82,6 +84,12 @@ class RubbingRotor:
         if Omega not in self._receptances:
             self._receptances[Omega] = receptances(self.loop(Omega))
         return self._receptances[Omega]
+
+    def dynamics(self, Omega: float) -> Dynamics:
+        """Return the small motion about synchronous states at a speed (rad/s)."""
+        if Omega not in self._dynamics:
+            self._dynamics[Omega] = Dynamics(self.loop(Omega), self.c, self.mu(Omega), self.mu_slope(Omega))
+        return self._dynamics[Omega]
 
     def mu(self, Omega: float, whirl: float | None = None) -> Array:
         """Return the friction coefficient mu(v) of each site by the law of `rotor_contact.contact.friction`.

@@ -252,13 +252,12 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
     """
     sets = all_sets(len(rotor.sites), most)
     found: list[list[States]] = []
-    dynamics = []
-    for Omega in speeds:
-        at, mu = rotor.receptances(float(Omega)), rotor.mu(float(Omega))
+    dynamics = tuple(rotor.dynamics(float(Omega)) for Omega in speeds)
+    for Omega, of_speed in zip(speeds, dynamics, strict=True):
+        at = rotor.receptances(float(Omega))
         r = np.outer(factors, at.P @ rotor.unbalance * Omega**2)
-        dynamics.append(Dynamics(rotor.loop(float(Omega)), rotor.c, mu, rotor.mu_slope(float(Omega))))
-        found.append(states_of_all(sets, at.R, mu, rotor.c, r))
-    joined = (_joined(contact, pieces, tuple(dynamics)) for contact, *pieces in zip(sets, *found, strict=True))
+        found.append(states_of_all(sets, at.R, of_speed.mu, rotor.c, r))
+    joined = (_joined(contact, pieces, dynamics) for contact, *pieces in zip(sets, *found, strict=True))
     return TrapMap(speeds, factors, tuple(joined))
 
 
@@ -309,8 +308,8 @@ def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None
     injected
         Synchronous currents (A) added to those of the controller, shape (n_bearings,).
     """
-    at, mu, loop = rotor.receptances(Omega), rotor.mu(Omega), rotor.loop(Omega)
-    dynamics, result = Dynamics(loop, rotor.c, mu, rotor.mu_slope(Omega)), []
+    at, loop, dynamics, result = rotor.receptances(Omega), rotor.loop(Omega), rotor.dynamics(Omega), []
+    mu = dynamics.mu
     added = np.zeros(len(loop.currents), dtype=complex) if injected is None else injected
     R_i, P_i, S_i = at.currents
     force = rotor.unbalance * Omega**2

@@ -16,7 +16,6 @@ from amb_analysis.steady_contact.contact_whirl import ContactWhirl, contact_whir
 from amb_analysis.steady_contact.freeing import smallest_demand, smallest_freeing
 from amb_analysis.steady_contact.rolling import Rolling, rolling
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor, rubbing_rotor
-from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.trap_map import (
     TrapMap,
     clearance_shares,
@@ -297,8 +296,7 @@ def traps(
     least = least_trapping_at(machine, Omega, np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE) * amount
     curve = least_trapping_curve(machine, map_states, AT_ONCE)
     least_over_speeds = least_trapping_over(machine, speeds, curve, AT_ONCE)
-    friction = machine.mu(Omega), machine.mu_slope(Omega)
-    loop = Dynamics(machine.loop(Omega), machine.c, *friction).about((), np.zeros(0), np.zeros(0))
+    loop = machine.dynamics(Omega).about((), np.zeros(0), np.zeros(0))
     freeing = smallest_freeing(machine, Omega) if loop.is_stable else None
     freeing_currents = None if freeing is None else currents_of(freeing.injected, machine, Omega)
     allowed = np.array([allowed_current(machine, bearing, Omega) for bearing in machine.loop(Omega).currents])

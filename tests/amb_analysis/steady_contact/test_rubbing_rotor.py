@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from amb_analysis.steady_contact import rubbing_rotor as module
 from amb_analysis.steady_contact.contact_whirl import contact_whirls
 from amb_analysis.steady_contact.rolling import rolling
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
+from amb_analysis.steady_contact.trap_map import least_trapping_at
 from amb_analysis.studies import contact_traps
 from amb_cosim import studies
 from amb_cosim.scenario.prepare_run import prepare_run
@@ -49,6 +52,17 @@ def test_whirl_and_rolling_of_two_sites_in_a_plane_are_those_of_one(plane):
         first, second = states(alone, Omega), states(beside, Omega)
         assert [state.contact for state in first] == [state.contact for state in second]
     assert pytest.approx(alone.receptances(Omega).R) == beside.receptances(Omega).R
+
+
+def test_small_motion_at_a_speed_is_prepared_once_for_all_factors(monkeypatch):
+    prepared, prepare = [], module.Dynamics
+    monkeypatch.setattr(module, "Dynamics", lambda *given: prepared.append(given) or prepare(*given))
+    rotor = rubbing()
+    loaded = replace(rotor, unbalance=np.full(len(rotor.places), 1e-3 + 0j))
+    for Omega in (rotor.Omega, 0.9 * rotor.Omega):
+        least_trapping_at(loaded, Omega, np.linspace(0.5, 1.0, 3))
+        least_trapping_at(loaded, Omega, np.linspace(0.5, 2.0, 3))
+    assert len(prepared) == 2
 
 
 @pytest.mark.parametrize("speeds", [(90.0, 300.0), (300.0, 90.0), (0.0, 120.0)])
