@@ -76,11 +76,11 @@ def make(target: Path) -> None:
         pip = [tools / "bin" / "python", "-m", "pip"]
         run(*pip, "install", "-q", "-e", ".[release]", cwd=source)
         python = tools / "bin" / "python"
+        version = run(python, "-m", "hatchling", "version", cwd=source).strip()
+        check_version(source, version)
 
-        say("wheel and source archive")
+        say(f"wheel and source archive of {version}")
         run(python, "-m", "hatchling", "build", "-d", target, cwd=source)
-        (wheel,) = target.glob("*.whl")
-        version = wheel.name.split("-")[1]
 
         say("an environment with the wheel alone")
         scenario = scenario_of((source / "README.md").read_text(encoding="utf-8"))
@@ -132,10 +132,25 @@ def build_site(tools: Path, source: Path, target: Path) -> None:
     run(tools / "bin" / "python", "-m", "mkdocs", "build", "--strict", "--quiet", "-d", target, cwd=source)
 
 
+def check_version(source: Path, version: str) -> None:
+    """End the release of a tag if a file still names another version; commits after a tag have "dev" in theirs."""
+    if "dev" in version:
+        return
+    named = {
+        "pyproject.toml": f'fallback-version = "{version}"',
+        "CITATION.cff": f"version: {version}",
+        "CHANGELOG.md": f"## {version}",
+    }
+    for name, text in named.items():
+        if not re.search(rf"^{re.escape(text)}(?!\S)", (source / name).read_text(encoding="utf-8"), re.MULTILINE):
+            raise SystemExit(f"the tag is of version {version}, but no line of {name} begins with {text}")
+
+
 def notes(changelog: str, version: str) -> str:
-    """Return the section of a version, or of what is not released yet where it has none."""
+    """Return the section of a version or, without one, what is not released yet; links to files are left out."""
     sections = dict(re.findall(r"^## \[?([^\s\]]+)[^\n]*\n(.*?)(?=^## |\Z)", changelog, re.MULTILINE | re.DOTALL))
-    return f"# amb-cosim {version}\n\n{sections.get(version, sections['Unreleased']).strip()}\n"
+    section = re.sub(r"\[([^\]]*)\]\((?!\w+:|#)[^)]*\)", r"\1", sections.get(version, sections["Unreleased"]))
+    return f"# amb-cosim {version}\n\n{section.strip()}\n"
 
 
 def scenario_of(readme: str) -> str:

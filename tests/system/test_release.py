@@ -1,6 +1,7 @@
 """The release command: reproducible notes, checks and archives."""
 
 import os
+import re
 import subprocess
 import sys
 from importlib.util import module_from_spec, spec_from_file_location
@@ -12,6 +13,11 @@ ROOT = Path(__file__).parents[2]
 CHANGELOG = (
     "# All\n\n## Unreleased\n\n- Later.\n\n## 0.2.0 - 2026-01-02\n\n- A shaft.\n- A seal.\n\n## 0.1.0\n\n- First.\n"
 )
+PREPARED = {
+    "pyproject.toml": 'fallback-version = "0.2.0" # the last\n',
+    "CITATION.cff": "version: 0.2.0\n",
+    "CHANGELOG.md": CHANGELOG,
+}
 
 
 @pytest.fixture(scope="module")
@@ -30,10 +36,41 @@ def test_notes_are_those_of_the_version_or_unreleased(release):
     assert release.notes(CHANGELOG, "0.2.1.dev3") == "# amb-cosim 0.2.1.dev3\n\n- Later.\n"
 
 
-def test_the_changelog_has_notes_for_the_next_release(release):
-    notes = release.notes((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), "next")
-    assert "\n## " not in notes
-    assert notes.count("\n- ") > 1
+def test_the_changelog_has_notes_for_each_release(release):
+    """Those of the next may be empty just after a release."""
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    versions = re.findall(r"^## (\S+)", changelog, re.MULTILINE)
+    assert versions[0] == "Unreleased"
+    of_all = {version: release.notes(changelog, version) for version in versions}
+    assert all("\n## " not in notes for notes in of_all.values())
+    assert all(notes.count("\n- ") > 1 for version, notes in of_all.items() if version != "Unreleased")
+    assert release.notes(changelog, "9.9.1.dev3").partition("\n")[2] == of_all["Unreleased"].partition("\n")[2]
+
+
+def test_notes_have_no_links_to_files_beside_the_changelog(release):
+    links = "[a page](docs/a.md#b), [a part](#b), [a site](https://example.org/)"
+    written = release.notes(f"## Unreleased\n\n- {links}.\n", "0.2.1.dev1")
+    assert written.endswith("- a page, [a part](#b), [a site](https://example.org/).\n")
+
+
+def prepare(folder, **changed):
+    for name, text in {**PREPARED, **changed}.items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+def test_a_development_version_and_a_prepared_release_are_made(release, tmp_path):
+    prepare(tmp_path)
+    release.check_version(tmp_path, "0.2.0")
+    release.check_version(tmp_path, "0.2.1.dev3")
+
+
+@pytest.mark.parametrize("name", PREPARED)
+def test_a_tag_without_its_version_in_every_file_is_refused(release, tmp_path, name):
+    prepare(tmp_path, **{name: PREPARED[name].replace("0.2.0", "0.2.00")})
+    with pytest.raises(SystemExit) as raised:
+        release.check_version(tmp_path, "0.2.0")
+    assert name in str(raised.value)
+    assert "0.2.0" in str(raised.value)
 
 
 def test_an_archive_of_a_folder_depends_on_its_content_alone(release, tmp_path):
