@@ -4,7 +4,7 @@
     amb_cosim-VERSION-py3-none-any.whl   with machine code for every platform and for browsers
     amb_cosim-VERSION.tar.gz             the sources
     fmus/                                FMUs of the README's scenario: fmi2, fmi3, python, and one of all in assembled
-    NAME.ssp                             that scenario as a system for other tools
+    NAME.ssp                             that scenario as a system for other tools, whose masters are parallel
     site.zip                             the documentation, to be unpacked and opened without a server
     sbom.json                            what the wheel was installed with (CycloneDX)
     notes.md                             the changelog of the version
@@ -109,7 +109,8 @@ def make(target: Path) -> None:
             run(command, "build", *options, "-o", target / "fmus" / kind)
         for fmu in sorted((target / "fmus" / "python").glob("*.fmu")):
             leave_out(fmu, "resources/python.txt")  # names folders of this machine, which are others each time
-        run(command, "export-ssp", scenario, *every, "-o", target / f"{scenario}.ssp")
+        parallel = in_parallel_order(scenario, work)
+        run(command, "export-ssp", parallel, "--integers", *every, "-o", target / f"{scenario}.ssp")
 
         say("site")
         os.environ["XDG_CACHE_HOME"] = str(Path(work, "cache"))
@@ -159,6 +160,13 @@ def scenario_of(readme: str) -> str:
     if not found:
         raise SystemExit("the README runs no scenario")
     return found[1]
+
+
+def in_parallel_order(scenario: str, folder: str | Path) -> Path:
+    """Write a scenario that steps all components at once, as most other masters do; return its file."""
+    path = Path(folder, f"{scenario}.toml")
+    path.write_text(f'base = "{scenario}"\ncoupling = "jacobi"\n', encoding="utf-8")
+    return path
 
 
 def archive(folder: Path, target: Path) -> None:

@@ -131,6 +131,15 @@ def test_a_release_runs_the_scenario_of_the_readme(release):
     assert load_scenario(release.scenario_of((ROOT / "README.md").read_text(encoding="utf-8")))
 
 
+def test_the_archive_of_a_release_is_for_parallel_masters(release, tmp_path):
+    """With the order of the scenario itself they make its loop unstable."""
+    from amb_cosim.scenario.scenario import load_scenario
+
+    name = release.scenario_of((ROOT / "README.md").read_text(encoding="utf-8"))
+    written = load_scenario(str(release.in_parallel_order(name, tmp_path)))
+    assert written == load_scenario(name).changed(coupling="jacobi")
+
+
 @pytest.mark.slow
 def test_the_source_archive_has_the_same_bytes_from_any_folder(tmp_path):
     pytest.importorskip("hatch_vcs")
