@@ -56,13 +56,22 @@ def choose_code(script: dict[str, Any]) -> None:
         folder = find(name)
         installed = digest(folder) if folder is not None else ""
         if name in sys.modules:
-            _running.setdefault(name, installed)
+            if _running.setdefault(name, installed) == expected:
+                _find_also_in(resources / "code", name)
             continue
         _running[name] = expected
         code = str(resources / "code")
         if installed != expected and code not in sys.path:
             sys.path.insert(1, code)
             importlib.invalidate_caches()
+
+
+def _find_also_in(code: Path, package: str) -> None:
+    """Let a loaded package find modules in `code`, because the host may delete the FMU from which it was loaded."""
+    for name, module in list(sys.modules.items()):
+        if f"{name}.".startswith(f"{package}.") and hasattr(module, "__path__"):
+            folders = dict.fromkeys([*module.__path__, str(code.joinpath(*name.split(".")))])
+            module.__path__ = [folder for folder in folders if Path(folder).is_dir()]
 
 
 def refuse_other_code(built: dict[str, Any]) -> None:

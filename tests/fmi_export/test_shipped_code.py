@@ -1,6 +1,7 @@
 """The code that an FMU contains, and the code that it runs: the installed package, its copy, or none."""
 
 import ast
+import importlib
 import json
 import shutil
 import sys
@@ -163,6 +164,28 @@ def test_an_fmu_runs_again_after_the_folder_of_its_first_run_was_deleted(build_f
     first, second = run_python(host, path=build_fmu(lag))
     assert first == second
     assert first[-1] > 0.99
+
+
+def test_an_fmu_finds_modules_of_a_package_whose_fmu_was_deleted(tmp_path, monkeypatch):
+    """FMUs of one release have a package in common, of which each imports other modules."""
+    monkeypatch.setattr(sys, "path", ["", *sys.path])
+    monkeypatch.setattr(bootstrap, "_running", {})
+    for fmu in ("one", "two", "three"):
+        code = tmp_path / fmu / "code"
+        for file in ("shared/__init__.py", "shared/first.py", "shared/part/__init__.py", "shared/part/second.py"):
+            (code / file).parent.mkdir(parents=True, exist_ok=True)
+            (code / file).touch()
+        facts = {"packages": {"shared": bootstrap.digest(code / "shared")}}
+        (tmp_path / fmu / "build.json").write_text(json.dumps(facts))
+    try:
+        for fmu, module in (("one", "shared.part"), ("two", "shared.first"), ("three", "shared.part.second")):
+            sys.path[0] = str(tmp_path / fmu)
+            bootstrap.choose_code({})
+            importlib.import_module(module)
+            shutil.rmtree(tmp_path / fmu)
+    finally:
+        for name in [name for name in sys.modules if name.partition(".")[0] == "shared"]:
+            del sys.modules[name]
 
 
 def test_an_fmu_is_built_the_same_in_a_process_that_runs_it(build_fmu, lag, run_python, tmp_path):
