@@ -13,12 +13,12 @@ from command_line import run_command
 from matplotlib.image import imread
 
 from amb_cosim.commands.cli import main
+from amb_cosim.presentation.progress import STARTING
 from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.stored_attributes import UNITS
 
 PERIOD = 0.02
 SAMPLES = 100  # per cycle
-PROGRESS = "starting (the first run compiles the models)"  # a line each 10 s while a first step compiles
 CLEARANCE, JOURNAL = 0.75e-3, 0.025
 PLACES = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2", "eb1", "eb2"), magnetic=("mb1", "mb2"))
 
@@ -138,7 +138,7 @@ def refuses(runner, tmp_path: Path) -> Callable[..., str]:
         assert result.exit_code == 2
         assert isinstance(result.exception, SystemExit)
         assert expected in result.stderr
-        lines = [line for line in result.stderr.strip().splitlines() if not line.startswith(PROGRESS)]
+        lines = [line for line in result.stderr.strip().splitlines() if not line.startswith(STARTING)]
         assert len(lines) == 1
         assert lines[0].startswith("amb-cosim: ")
         assert result.stdout == ""

@@ -10,6 +10,8 @@ import pytest
 from code_blocks import blocks_of
 from command_line import run_command
 
+from amb_cosim.presentation.progress import STARTING
+
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = [DOCS / "tutorials" / "own_controller.md", DOCS / "how-to" / "swap_a_component.md"]
 BLOCKS = [block for page in PAGES for block in blocks_of(page)]
@@ -47,7 +49,7 @@ def test_missing_variables_are_reported_as_on_the_page(folder, tmp_path):
     (tmp_path / "my_rig.toml").write_text((folder / "my_rig.toml").read_text(encoding="utf-8"), encoding="utf-8")
     execute("pythonfmu build -f pd_controller.py", tmp_path)
     done = execute(command_for("my_rig.toml"), tmp_path, code=2)
-    progress = ("runs here for the first time", "starting (the first run compiles")
+    progress = ("runs here for the first time", STARTING)
     messages = [line for line in done.stderr.strip().splitlines() if not any(text in line for text in progress)]
     assert messages == [MESSAGES[1]]
 

@@ -67,7 +67,7 @@ def test_a_piped_command_says_that_its_first_step_compiles(monkeypatch):
 
     monkeypatch.setattr(progress.bars, "__defaults__", (None, 0.04))
     lines = CliRunner().invoke(compiling).stderr.splitlines()
-    starting = [line for line in lines if line.startswith("starting (the first run compiles")]
+    starting = [line for line in lines if line.startswith(progress.STARTING)]
     assert starting  # how many depends on the machine
     assert lines[len(starting) :] == ["simulating, 10 %"]
 

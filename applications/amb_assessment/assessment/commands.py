@@ -67,7 +67,7 @@ def assess(
         machine = load_machine(file)
         folder = output or Path("results") / re.sub(r"[/\\]", "_", f"assess_{machine.name}")
         check_writable(folder, is_folder=True, files=(PAGE, DATA, PDF))
-        task = progress.add_task("preparing (the first run compiles the models)", total=None)
+        task = progress.add_task("preparing (the first run builds the models)", total=None)
 
         def report(title: str, done: int, total: int) -> None:
             progress.update(task, description=f"{done + 1} of {total}: {title}", completed=done, total=total)

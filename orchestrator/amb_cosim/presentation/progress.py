@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from amb_cosim.cosim.run.options import Progress as Report
 from amb_cosim.presentation.plain_console import plain_console
 
-STARTING = "starting (the first run compiles the models)"
+STARTING = "starting (the first run builds the models)"
 INTERVAL = 10.0  # s between two lines
 
 

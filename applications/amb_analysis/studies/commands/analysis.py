@@ -155,7 +155,7 @@ def add_study(
         folder = output or Path("results") / f"study_{name}"
         status: AbstractContextManager[object] = nullcontext()
         if not shows_progress:
-            status = plain_console(stderr=True).status("computing (the first run compiles the models)")
+            status = plain_console(stderr=True).status("computing (the first run builds the models)")
         with refusing():
             check_writable(folder, is_folder=True, files=(f"{name}.json", f"{name}.png"))
             warned = warn_of_sizes(values.get("rotor"))
