@@ -89,3 +89,15 @@ def test_every_key_of_a_file_has_a_description(form):
     rows = re.findall(r"^\| `(\w+)` \| (.*?) \|", declarations.keys_of(form), re.MULTILINE)
     assert rows
     assert [key for key, meaning in rows if not meaning] == []
+
+
+def test_templates_of_pages_are_no_pages():
+    from pathspec.gitignore import GitIgnoreSpec
+
+    root = Path(__file__).parents[2]
+    lines = yaml.safe_load((root / "mkdocs.yml").read_text(encoding="utf-8"))["exclude_docs"].splitlines()
+    templates = [path.relative_to(root) for path in (root / "applications").rglob("templates/*.md")]
+    assert templates
+    excluded = GitIgnoreSpec.from_lines(lines)
+    assert all(excluded.match_file(path.as_posix()) for path in templates)
+    assert not excluded.match_file("docs/index.md")
