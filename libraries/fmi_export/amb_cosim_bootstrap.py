@@ -22,7 +22,7 @@ def digest(package: Path) -> str:
         path = file.relative_to(package)
         if path.parts[0] == BUILD_ONLY:
             continue
-        sha.update(path.as_posix().encode() + b"\0")
+        sha.update(path.as_posix().encode(errors="surrogateescape") + b"\0")
         sha.update(file.read_bytes() + b"\0")
     return sha.hexdigest()
 

@@ -3,6 +3,7 @@
 import ast
 import importlib
 import json
+import os
 import shutil
 import sys
 import zipfile
@@ -186,6 +187,14 @@ def test_an_fmu_finds_modules_of_a_package_whose_fmu_was_deleted(tmp_path, monke
     finally:
         for name in [name for name in sys.modules if name.partition(".")[0] == "shared"]:
             del sys.modules[name]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse names that are no text")
+def test_a_digest_includes_files_whose_names_are_no_text(tmp_path):
+    """A kernel in a script is cached under the digest of the script's folder."""
+    empty = bootstrap.digest(tmp_path)
+    (tmp_path / os.fsdecode(b"\xff.py")).write_bytes(b"")
+    assert bootstrap.digest(tmp_path) != empty
 
 
 def test_an_fmu_is_built_the_same_in_a_process_that_runs_it(build_fmu, lag, run_python, tmp_path):
