@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -30,8 +31,8 @@ class Interface:
     variables: tuple[Variable, ...]
 
     def __post_init__(self) -> None:
-        names = [v.name for v in self.variables]
-        duplicates = sorted({name for name in names if names.count(name) > 1})
+        names = Counter(v.name for v in self.variables)
+        duplicates = sorted(name for name, count in names.items() if count > 1)
         if duplicates:
             raise ValueError(f"variables declared twice: {', '.join(duplicates)}")
         ranks = [ORDER.index(v.causality) for v in self.variables]
@@ -131,10 +132,11 @@ class Interface:
 
     def index(self, causality: Causality, name: str) -> int:
         """Return the position of a variable within the array of its causality."""
-        names = [v.name for v in self.of(causality)]
-        if name not in names:
-            raise ValueError(f"there is no {causality} called {name!r}; there are {', '.join(names)}")
-        return names.index(name)
+        if name not in self.position or self[name].causality != causality:
+            names = ", ".join(v.name for v in self.of(causality))
+            raise ValueError(f"there is no {causality} called {name!r}; there are {names}")
+        before = {"parameter": 0, "input": self.n_parameters, "output": self.n_parameters + self.n_inputs}
+        return self.position[name] - before[causality]
 
     @cached_property
     def records(self) -> tuple[np.dtype[np.record], np.dtype[np.record], np.dtype[np.record]]:
