@@ -9,7 +9,7 @@ import pytest
 
 from amb_analysis.linear.axial_loop import AxialLoop, AxialPlant
 from amb_analysis.linear.linearise import model_of
-from amb_analysis.linear.loop import diagonal_response, response
+from amb_analysis.linear.responses import diagonal_response, response
 from amb_analysis.linear.rotor_and_magnets import bearing_slopes
 from amb_analysis.machine.channels import place_of
 from amb_analysis.machine.demand_limits import demand_amplitude

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from amb_analysis.linear.loop import response
+from amb_analysis.linear.responses import response
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.inputs import controlled
 from amb_cosim import studies

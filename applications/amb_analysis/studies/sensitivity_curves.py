@@ -5,7 +5,8 @@ from __future__ import annotations
 import control
 import numpy as np
 
-from amb_analysis.linear.loop import Modes, diagonal_response, modes_of, pole_frequency
+from amb_analysis.linear.loop import pole_frequency
+from amb_analysis.linear.responses import Modes, diagonal_response, modes_of
 from amb_analysis.studies.injection import HIGHEST, LOWEST
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined

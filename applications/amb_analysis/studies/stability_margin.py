@@ -9,13 +9,8 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from amb_analysis.linear.loop import (
-    Loop,
-    diagonal_response,
-    disk_gain_and_phase,
-    disk_margin,
-    response,
-)
+from amb_analysis.linear.loop import Loop
+from amb_analysis.linear.responses import diagonal_response, disk_gain_and_phase, disk_margin, response
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, plan_measurement, waiting_samples
 from amb_analysis.studies.inputs import Number, controlled, spin_speed

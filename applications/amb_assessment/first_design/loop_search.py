@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from amb_analysis.linear.components import StateSpace, frequency_response
 from amb_analysis.linear.control import pid_component
 from amb_analysis.linear.linearise import model_of
-from amb_analysis.linear.loop import Loop, Modes, modes_of
+from amb_analysis.linear.loop import Loop
+from amb_analysis.linear.responses import Modes, modes_of
 from amb_analysis.studies.injection import HIGHEST, LOWEST
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
 from amb_cosim.controllers.laws import Law

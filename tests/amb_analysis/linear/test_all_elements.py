@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from amb_analysis.linear.linearise import model_of
-from amb_analysis.linear.loop import Loop, disk_margin, response
+from amb_analysis.linear.loop import Loop
+from amb_analysis.linear.responses import disk_margin, response
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.sensitivity_curves import curve_frequencies

@@ -15,7 +15,7 @@ from amb_analysis.linear.components import (
     sampled,
 )
 from amb_analysis.linear.foreign import realised, responses
-from amb_analysis.linear.loop import disk_gain_and_phase, disk_margin, response
+from amb_analysis.linear.responses import disk_gain_and_phase, disk_margin, response
 from amb_analysis.studies import stability_margin
 from amb_analysis.studies.stability_margin import zone
 from amb_cosim.controllers.laws import Law

@@ -11,8 +11,9 @@ import pytest
 
 from amb_analysis.linear.components import LinearComponent, loop_of
 from amb_analysis.linear.control import pid_component
-from amb_analysis.linear.loop import Modes, check_stable, diagonal_response
+from amb_analysis.linear.loop import check_stable
 from amb_analysis.linear.model import LinearModel, linear_model
+from amb_analysis.linear.responses import Modes, diagonal_response
 from amb_analysis.linear.rotor_and_magnets import actuator_component, bearing_slopes, rotor_component
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
 from amb_analysis.studies.stability_margin import AxisSensitivity, peak_between_lines

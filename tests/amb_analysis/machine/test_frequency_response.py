@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from amb_analysis.linear.linearise import model_of
-from amb_analysis.linear.loop import response
+from amb_analysis.linear.responses import response
 from amb_analysis.machine.channels import place_of
 from amb_analysis.machine.frequency_response import Structure, frequency_response, refined
 from amb_analysis.machine.machine import machine_of

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from amb_analysis.linear.loop import Loop, diagonal_response, disk_margin, response
+from amb_analysis.linear.loop import Loop
+from amb_analysis.linear.responses import diagonal_response, disk_margin, response
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import MachineVariation, coupled_loop
 from amb_analysis.studies.stability_margin import _all_loops
