@@ -91,11 +91,15 @@ def _cache_folder(package: str, base: str) -> Path | None:
     folder, numba would continue to run old machine code after an upgrade. A package whose kernels call packages other
     than `fmi_export` lists them in `PACKAGES`.
 
+    A script has none, because the code that its kernels may call is in no package.
+
     The folder is in `base`, or else in the package's `__pycache__`, or else in the user's cache. Hosts delete an FMU
     that they have extracted, so the code of a package in an FMU is in the user's cache, or every run would compile it.
     """
     here = Path(__file__).parent
     loaded = sys.modules.get(package)
+    if loaded is not None and not hasattr(loaded, "__path__"):
+        return None
     home = Path(loaded.__file__).parent if loaded is not None and loaded.__file__ else here
     others = [find(name) for name in getattr(loaded, PACKAGES, ()) if name not in (package, "fmi_export")]
     code = [home, *(folder for folder in others if folder is not None), here]

@@ -1,5 +1,7 @@
 """The kernels' on-disk cache."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -102,6 +104,35 @@ def test_kernels_below_an_inlined_kernel_are_not_inlined():
     assert caller(3.0) == 7.0
     attributes = {k: "alwaysinline" in k.inspect_llvm(k.signatures[0]) for k in (below, inlined)}
     assert attributes == {below: False, inlined: True}
+
+
+SCRIPT = """
+from beside import doubled
+from fmi_export.jit import kernel
+from fmi_export.numba_internals import folder_of_cache
+
+@kernel
+def changed(x):
+    return doubled(x) + 1.0
+
+print(changed(2.0), folder_of_cache(changed))
+"""
+BESIDE = """
+from fmi_export.jit import kernel
+
+@kernel
+def doubled(x):
+    return {factor} * x
+"""
+
+
+def test_a_kernel_of_a_script_is_compiled_in_each_run(tmp_path):
+    """Nobody knows which code beside the script it may call, and a home folder is too much to read."""
+    (tmp_path / "script.py").write_text(SCRIPT)
+    for factor, result in ((2.0, 5.0), (3.0, 7.0)):
+        (tmp_path / "beside.py").write_text(BESIDE.format(factor=factor))
+        done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=True)
+        assert done.stdout.split() == [str(result), "None"]
 
 
 def test_literal_arguments_share_one_compiled_kernel():

@@ -191,7 +191,6 @@ def test_an_fmu_finds_modules_of_a_package_whose_fmu_was_deleted(tmp_path, monke
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse names that are no text")
 def test_a_digest_includes_files_whose_names_are_no_text(tmp_path):
-    """A kernel in a script is cached under the digest of the script's folder."""
     empty = bootstrap.digest(tmp_path)
     (tmp_path / os.fsdecode(b"\xff.py")).write_bytes(b"")
     assert bootstrap.digest(tmp_path) != empty
