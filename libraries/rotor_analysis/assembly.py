@@ -12,7 +12,7 @@ from rotor_analysis import beam
 from rotor_analysis.damping import damping_matrices
 from rotor_analysis.element import Element
 from rotor_analysis.hysteresis import Hysteresis
-from rotor_analysis.pairs import MINUS_I, turned
+from rotor_analysis.pairs import MINUS_I, times_turned
 from rotor_analysis.parts import Bearing, Point, seat
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
@@ -139,7 +139,7 @@ class Matrices:
         """
         model = replace(self, over_speed=()) if self.over_speed else self
         if self.R.any():
-            C, K = self.C + self.R, self.K - Omega * self.R @ turned(self.size)
+            C, K = self.C + self.R, self.K - Omega * times_turned(self.R)
             model = replace(model, C=C, R=np.zeros_like(self.R), K=K)
         for attached in self.over_speed:
             K, C, M = (attached.left @ matrix @ attached.right for matrix in attached.bearing.at(Omega))

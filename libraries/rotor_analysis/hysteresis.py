@@ -30,7 +30,7 @@ import numpy as np
 
 from array_types import Array, Complex
 from rotor_analysis.damping import free_modes
-from rotor_analysis.pairs import turned
+from rotor_analysis.pairs import times_turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Hysteresis:
         forward, backward = np.sign(omega - Omega), np.sign(omega + Omega)
         fixed, turning = self.loss_factor * (1.0 - self.rotating), self.loss_factor * self.rotating
         loss = fixed * np.sign(omega) + 0.5 * turning * (forward + backward)
-        drive = 0.5 * turning * (forward - backward) * self.K @ turned(len(self.K))
+        drive = 0.5 * turning * (forward - backward) * times_turned(self.K)
         return np.asarray(drive + 1j * loss * self.K if loss else drive)
 
     def viscous(self, M: Array) -> tuple[Array, Array]:

@@ -13,3 +13,10 @@ MINUS_I = np.array([[0.0, 1.0], [-1.0, 0.0]])
 def turned(size: int) -> Array:
     """Return J, which turns each pair x, y of `size` coordinates by a right angle (multiplies x + i y by i)."""
     return np.kron(np.eye(size // 2), -MINUS_I)
+
+
+def times_turned(A: Array) -> Array:
+    """Return A J, where J is `turned`: its columns are those of A, exchanged in pairs, and every second one negated."""
+    result = np.empty_like(A)
+    result[:, ::2], result[:, 1::2] = A[:, 1::2], 0.0 - A[:, ::2]  # no -0.0
+    return result

@@ -8,7 +8,7 @@ import numpy as np
 
 from array_types import Array
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.pairs import turned
+from rotor_analysis.pairs import times_turned, turned
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def reduce_by(full: Matrices, translations: dict[int, tuple[int, int]], right: A
     """
     J = turned(full.size)
     rotates = full.R.any() or (full.hysteresis is not None and full.hysteresis.rotating)
-    if rotates and not np.allclose(right @ turned(right.shape[1]), J @ right, atol=1e-9):
+    if rotates and not np.allclose(times_turned(right), J @ right, atol=1e-9):
         what = "they must include anisotropic bearings, because the shaft has rotating damping"
         raise ValueError(f"planes {list(translations)} are not allowed; {what}")
     reduced = Matrices(

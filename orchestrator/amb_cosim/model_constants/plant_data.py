@@ -14,7 +14,7 @@ from fmi_export.model import Model
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.inertia import MASSLESS
-from rotor_analysis.pairs import turned
+from rotor_analysis.pairs import times_turned
 from rotor_analysis.parts import Bearing, Site
 from rotor_analysis.receptance_error import receptance_error
 from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
@@ -156,7 +156,7 @@ def plant_structure(
         Minv=Minv,
         MinvK=Minv @ K,
         MinvC=Minv @ (C + R),
-        over_speed=np.concatenate([Minv @ G, Minv @ R @ turned(reduced.size)]),
+        over_speed=np.concatenate([Minv @ G, times_turned(Minv @ R)]),
         B_disc=full.at_points(left.T, rotor.disc_points),
         B_base=-(left @ full.M @ base_motion).T,
         sensors=right[full.rows(rotor.sensor_nodes)],
