@@ -259,13 +259,13 @@ def _fit(frequencies: Array, H: Complex, order: int, light: Complex = NONE) -> l
     sizes = np.linalg.norm(H, axis=1)
     H = H / sizes[:, None]
     s, basis = _basis(frequencies, order + 2, light)
+    powers = [s**k * H for k in range(order + 1)]
     weight = np.ones(n)
     poles: Complex = np.zeros(order, np.complex128)
     for _ in range(ITERATIONS):
         # N_c - (a_0 + ... a_p-1 s^(p-1)) H_c = s^p H_c, with each N_c eliminated by projection
         Q = np.linalg.qr(basis * weight[:, None])[0]
-        columns = [weight * s**k * H for k in range(order + 1)]
-        left = [(v - (v @ Q.conj()) @ Q.T).ravel() for v in columns]
+        left = [(v - (v @ Q.conj()) @ Q.T).ravel() for v in (weight * power for power in powers)]
         factors = np.linalg.lstsq(np.stack(left[:-1], axis=1), -left[-1], rcond=None)[0]
         new = np.asarray(np.roots([1.0, *factors[::-1]]), np.complex128)
         weight = 1.0 / np.maximum(np.abs(np.prod(s[:, None] - new, axis=1)), 1e-9)
