@@ -12,6 +12,7 @@ from amb_analysis.linear.linear_source import LinearSource, linear_source
 from amb_analysis.linear.model import LinearModel, linear_model
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
+from amb_cosim.cosim.processes.blas import one_blas_thread
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.rotors import RotorSource
@@ -20,6 +21,7 @@ from amb_files.suggestions import suggest
 from amb_files.wildcards import matching_names
 
 
+@one_blas_thread()
 def linearise(
     source: str | Path | Scenario | System | None = None,
     at: Raw | Mapping[str, Raw] | None = None,

@@ -115,7 +115,15 @@ def __getattr__(name: str) -> Any:
     if study is None:
         names = ", ".join(_all_studies())
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; the studies are {names}")
-    return getattr(import_module(study.module, __name__), name)
+    return _with_one_blas_thread(study.module, name)
+
+
+@cache
+def _with_one_blas_thread(module: str, name: str) -> Any:
+    """Return a study's function, which computes with one thread of linear algebra, whoever calls it."""
+    from amb_cosim.cosim.processes.blas import one_blas_thread
+
+    return one_blas_thread()(getattr(import_module(module, __name__), name))
 
 
 def study_of(name: str) -> Study | None:

@@ -26,7 +26,6 @@ from amb_analysis.studies.inputs import Number
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.rotor_parameters import free_bounds
 from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.processes.blas import one_blas_thread
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
@@ -155,11 +154,10 @@ def fit(
     if not curves and content.modes is None:
         raise ValueError("the measurement contains neither a response nor a mode to fit")
     name = "a measurement" if isinstance(measured, Measurement) else Path(measured).name
-    with one_blas_thread():
-        if curves:
-            return _fit_of_responses(subject, content.responses, curves, name)
-        assert content.modes is not None
-        return _fit_of_modes(subject, content.modes, name)
+    if curves:
+        return _fit_of_responses(subject, content.responses, curves, name)
+    assert content.modes is not None
+    return _fit_of_modes(subject, content.modes, name)
 
 
 def _fit_of_responses(

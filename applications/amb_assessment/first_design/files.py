@@ -13,6 +13,7 @@ from amb_assessment.first_design.levitation import TRIP, OperatingPoint, operati
 from amb_assessment.first_design.rotor_text import damping, filled, reduction, require_name, supports
 from amb_assessment.first_design.sizing import BANDWIDTH, SAMPLE_TIMES, MachineSizes, MagnetData, machine_sizes
 from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.processes.blas import one_blas_thread
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
@@ -55,6 +56,7 @@ class NewMachine:
     axis: thrust.Thrust | None = None
 
 
+@one_blas_thread()
 def new_machine(
     folder: Path,
     rotor: str,

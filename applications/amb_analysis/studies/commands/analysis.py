@@ -148,7 +148,6 @@ def add_study(
     assert entry is not None
 
     def run(output: Path | None, **values: Any) -> None:
-        from amb_cosim.cosim.processes.blas import one_blas_thread
         from amb_cosim.presentation.plain_console import plain_console
         from amb_cosim.presentation.text_tables import print_parts
 
@@ -161,8 +160,7 @@ def add_study(
             warned = warn_of_sizes(values.get("rotor"))
         with refusing(), status:
             compute: Callable[..., DrawnResult] = getattr(studies, name)
-            with one_blas_thread():
-                result = compute(**values)
+            result = compute(**values)
             studies.save(result, folder)
         told = [f"warning: {sentence}" for sentence in warned]
         print_parts(part for part in result.text() if part not in told)
