@@ -71,6 +71,7 @@ def test_poles_are_unstable_where_a_seal_drives_whirl_between_two_speeds(driven_
     assert studies.poles(COMPRESSOR, up_to=300.0, count=2, flavour="python").unstable == ()
 
 
+@pytest.mark.slow
 def test_critical_speeds_of_the_loop_do_not_depend_on_the_range():
     """At a crossing the frequencies of rotation and of vibration of the loop are equal."""
     near, far = (

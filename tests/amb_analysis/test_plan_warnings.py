@@ -28,7 +28,12 @@ STUDIES = {
 BY_RUNS = ("waterfall", "coupling", "robustness")  # a revolution is enough
 
 
-@pytest.mark.parametrize("name", STUDIES)
+SLOW = ("unbalance_response",)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in STUDIES]
+)
 def test_studies_show_the_warnings_of_a_run(name):
     machine = load_scenario(MACHINE).changed(settle_cycles=0, end_cycle=1)
     source = {"source" if name == "waterfall" else "scenario": machine if name in BY_RUNS else MACHINE}

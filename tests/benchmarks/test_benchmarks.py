@@ -72,8 +72,11 @@ set.rotor_contact."d1.u" = "0.5 g.m"
 """
 
 
-def compared_with_baseline(scenarios: list[str], until: str | None) -> list[dict[str, Any]]:
-    """Return the differences between co-simulation and baseline, and the data of each run, of texts or names."""
+def compared_with_baseline(cases: list[tuple[str, str | None]]) -> list[dict[str, Any]]:
+    """Return the differences between co-simulation and baseline, and the data of each run.
+
+    A case is the text or name of a scenario, and the end of its run.
+    """
     import tomllib
 
     from amb_cosim.cosim.run.options import RunOptions
@@ -83,7 +86,7 @@ def compared_with_baseline(scenarios: list[str], until: str | None) -> list[dict
     from benchmarks.baseline import Baseline
 
     results = []
-    for scenario in scenarios:
+    for scenario, until in cases:
         parsed = make_scenario(tomllib.loads(scenario), "case") if "\n" in scenario else load_scenario(scenario)
         prepared = prepare_run(parsed, until=until, options=RunOptions(flavour="native"))
         dataset, result = execute(prepared).dataset, Baseline(prepared).run()
@@ -124,17 +127,16 @@ def test_every_cost_of_a_sweep_is_measured() -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize(
-    ("scenarios", "until", "contact"),
-    [
+def test_the_baseline_equals_the_co_simulation_to_the_last_bit(run_python) -> None:
+    cases = {
         # the same program; in the second, every second step of the controller takes no sample
-        ([SCENARIO.format(step=250), SCENARIO.format(step=125)], None, 3),
-        (["drop"], "0.02 s", 1),  # with the stators of the run
-        ([BLOWER], "2 ms", 0),  # with a controller of its own
-    ],
-)
-def test_the_baseline_equals_the_co_simulation_to_the_last_bit(scenarios, until, contact, run_python) -> None:
-    for result in run_python(compared_with_baseline, scenarios=scenarios, until=until, timeout=600):
+        (SCENARIO.format(step=250), None): 3,
+        (SCENARIO.format(step=125), None): 3,
+        ("drop", "0.02 s"): 1,  # with the stators of the run
+        (BLOWER, "2 ms"): 0,  # with a controller of its own
+    }
+    results = run_python(compared_with_baseline, cases=[*cases], timeout=600)
+    for result, contact in zip(results, cases.values(), strict=True):
         assert result["differing"] == []
         assert result["profiled"]
         assert result["shape"] == [result["points"], result["variables"]]

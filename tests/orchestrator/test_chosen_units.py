@@ -53,7 +53,16 @@ ARGUMENTS = {  # of every study; a study that is not here fails
     "h_matrix": {},
     "recovery": {"steps": "20 g.m", "instants": 1, "alpha": "7 1/s"},
 }
-SLOW = {"convergence", "coupling", "coupling_error", "recovery", "synchronous_response", "traps"}
+SLOW = {
+    "convergence",
+    "coupling",
+    "coupling_error",
+    "poles",
+    "recovery",
+    "sensitivity",
+    "synchronous_response",
+    "traps",
+}
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d{1,3}(?:,\d{3})+|\d+)\.?\d*(?:e[-+]?\d+)?")
 NAMES = "|".join(map(re.escape, (*QUANTITIES, "1/min", "\N{MICRO SIGN}m")))
 UNIT = re.compile(rf"(?:\d |\()({NAMES})(?=[,;:.)]|\s(?!s/m|m/|s\))|$)")

@@ -98,6 +98,7 @@ def test_a_response_needs_a_stable_loop():
             study(scenario=COMPRESSOR, set=values, **arguments)
 
 
+@pytest.mark.slow
 def test_peaks_of_a_machine_do_not_depend_on_the_range():
     whole, part = (studies.unbalance_response(scenario=COMPRESSOR, up_to=f"{top} rad/s") for top in (2000, 700))
     assert part.critical_speeds
