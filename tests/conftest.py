@@ -53,6 +53,15 @@ def first_seed(is_long: bool) -> int:
     return random.SystemRandom().randrange(10**6) if is_long else 2006
 
 
+@pytest.fixture
+def few_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Studies of a levitated machine begin with few speeds, for tests in which their number does not matter."""
+    from amb_analysis.studies import closed_loop_poles, unbalance_over_speed
+
+    monkeypatch.setattr(closed_loop_poles, "POINTS", 7)
+    monkeypatch.setattr(unbalance_over_speed, "LEVITATED", 9)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def signals() -> Iterator[None]:
     """SIGINT, SIGTERM and SIGHUP as in a terminal, for subprocesses too: a job in the background ignores some."""

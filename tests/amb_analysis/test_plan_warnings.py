@@ -28,12 +28,8 @@ STUDIES = {
 BY_RUNS = ("waterfall", "coupling", "robustness")  # a revolution is enough
 
 
-SLOW = ("unbalance_response",)
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in STUDIES]
-)
+@pytest.mark.usefixtures("few_speeds")
+@pytest.mark.parametrize("name", STUDIES)
 def test_studies_show_the_warnings_of_a_run(name):
     machine = load_scenario(MACHINE).changed(settle_cycles=0, end_cycle=1)
     source = {"source" if name == "waterfall" else "scenario": machine if name in BY_RUNS else MACHINE}

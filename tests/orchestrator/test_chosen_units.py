@@ -53,16 +53,7 @@ ARGUMENTS = {  # of every study; a study that is not here fails
     "h_matrix": {},
     "recovery": {"steps": "20 g.m", "instants": 1, "alpha": "7 1/s"},
 }
-SLOW = {
-    "convergence",
-    "coupling",
-    "coupling_error",
-    "poles",
-    "recovery",
-    "sensitivity",
-    "synchronous_response",
-    "traps",
-}
+SLOW = {"convergence", "coupling", "coupling_error", "recovery", "sensitivity", "synchronous_response", "traps"}
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d{1,3}(?:,\d{3})+|\d+)\.?\d*(?:e[-+]?\d+)?")
 NAMES = "|".join(map(re.escape, (*QUANTITIES, "1/min", "\N{MICRO SIGN}m")))
 UNIT = re.compile(rf"(?:\d |\()({NAMES})(?=[,;:.)]|\s(?!s/m|m/|s\))|$)")
@@ -127,6 +118,7 @@ def check_units(before, after):
             assert any(a != b and math.isclose(a * factor, b, rel_tol=0.01) for a, b in zip(*numbers, strict=True))
 
 
+@pytest.mark.usefixtures("few_speeds")
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in studies.STUDIES]
 )

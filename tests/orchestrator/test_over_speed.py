@@ -123,6 +123,7 @@ def heads_of(result):
     return {str(column.header): next(iter(column.cells)) for column in table.columns}
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_tables_of_studies_are_in_rpm_and_hz_or_in_chosen_units():
     """900 rad/s are 8594 rpm and 143.2 Hz."""
     modes = studies.modes("compressor", speeds="900 rad/s", count=2)
@@ -276,6 +277,7 @@ def test_diagrams_of_a_rotor_reach_beyond_the_speed_at_which_it_runs():
     assert_names(str(trips), "up to 9903 rpm")
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_critical_speeds_name_their_unbalance():
     response = studies.unbalance_response(scenario="compressor_levitated", up_to="12000 rpm")
     titles = [str(block.title) for block in response.text() if not isinstance(block, str) and block.title]

@@ -87,6 +87,7 @@ def test_orders_of_the_master_are_compared_on_any_scenario():
     assert (predicting.outcome, predicting.deviation < 1e-3) == ("prevented", True)
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_a_response_needs_a_stable_loop():
     """Gains of the other sign push the rotor away; the message says how it moves."""
     values = {"rolac_controller.mb?.k_b_?": -1e6}

@@ -42,11 +42,13 @@ def test_logarithmic_decrement_and_damping_ratio_agree(diagram):
         np.testing.assert_allclose(pole.decrements, 2.0 * np.pi * zeta / np.sqrt(1.0 - zeta**2), rtol=1e-12)
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_less_damping_in_the_control_damps_the_rotor_less(diagram):
     softer = studies.poles(COMPRESSOR, set={"rolac_controller.*.c_b_?": 2e4}, up_to=300.0, count=2)
     assert max(pole.decrements[0] for pole in softer.poles) < 0.7 * diagram.poles[0].decrements[0]
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_loss_factor_becomes_viscous_damping_with_a_warning(diagram):
     """Half of the loss factor is the damping ratio of an elastic mode at rest that the magnets hardly hold."""
     rotor = load_rotor("compressor")
@@ -60,6 +62,7 @@ def test_loss_factor_becomes_viscous_damping_with_a_warning(diagram):
     assert max(added) == pytest.approx(0.01, rel=0.1)
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_late_currents_make_an_elastic_mode_unstable():
     """A sample more of delay, and the mode at 1.2 or at 1.7 kHz has no phase left."""
     late = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": True}

@@ -52,6 +52,7 @@ def test_opposite_unbalances_of_one_node_leave_none():
     assert list(np.abs(list(at.values()))) == pytest.approx([0.0], abs=1e-15)
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_response_lists_each_place_and_the_sum_of_the_node():
     inputs = {"rotor_contact": {**ELSEWHERE, **of("impeller2", 3e-3), **of(RING, 5e-3)}}
     result = studies.unbalance_response(scenario=with_ring(inputs=inputs, event=[]), up_to="20 rad/s")
