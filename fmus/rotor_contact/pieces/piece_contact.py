@@ -2,21 +2,25 @@
 
 At each point after the first, the normal velocity of the journal relative to its housing vanishes, and a rolling
 journal does not slip on its race. Spin and races respond to friction (`piece`). Forces of magnets depend on the
-displacements at these points. The equations are solved repeatedly until they converge.
+displacements at these points. The equations are solved repeatedly until they converge. Whole steps write their own
+equations, but start, locate and solve their nodes with the functions of this module.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fmi_export.flat import is_near
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
 from rotor_contact.contact.face_forces import is_any_pressing
 from rotor_contact.contact.faces import faces_of
 from rotor_contact.contact.friction import friction_ratio
 from rotor_contact.contact.path import Point
 from rotor_contact.contact.site import Site, is_constrained, race_radius
+from rotor_contact.contact.site_totals import Nodes
 from rotor_contact.contact.workspace import Workspace, stages_of
 from rotor_contact.forces.dynamics import ROUNDING, Motion, forces
 from rotor_contact.matrices.matrix_sizes import PORT_COLUMNS, place_index, velocity_index
@@ -156,7 +160,14 @@ def observe(w: Workspace, matrices: StepMatrices, of_forces: Array, A: float, B:
 
 
 @kernel
-def observed_journal(site: Site, matrices: StepMatrices, observed: Array, k: int, point: int) -> Point:
+def observed_journal(site: Site, matrices: StepMatrices, k: int, point: int) -> Point:
+    """Return the motion of journal k relative to its retainer's centre, at a Lobatto point after the first."""
+    at = _observed_at(site, matrices, piece_of(matrices).observed[6], k, point)
+    return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
+
+
+@kernel
+def _observed_at(site: Site, matrices: StepMatrices, observed: Array, k: int, point: int) -> Point:
     """Return the observed motion of journal k relative to its housing, at a Lobatto point after the first."""
     n_ports = int(matrices.sizes[0].n_ports)
     housing = port_of_housing(matrices, k) if site.housing >= 0 else -1
@@ -177,6 +188,49 @@ def _observed_from(observed: Array, n_ports: int, point: int, port: int, housing
     return Point(x, y, v_x, v_y)
 
 
+@inlined_kernel
+def start_nodes(site: Site, nodes: Nodes) -> None:
+    """Write the normal, slip and forces of a site to all its nodes, as a guess for those after the first."""
+    for node in nodes:
+        node.n_x, node.n_y, node.slip = site.n_x, site.n_y, site.slip
+        node.f_n, node.f_t = site.f_n, site.f_t
+
+
+@inlined_kernel
+def locate_node(site: Site, node: np.record, at: Point, Omega: float, omega_r: float) -> None:
+    """Write the normal, slip and friction ratio of a node at the speeds Omega of the spin and omega_r of the race.
+
+    `at` is the motion of the journal relative to the centre of its retainer.
+    """
+    r = math.sqrt(at.x * at.x + at.y * at.y)
+    node.n_x, node.n_y = at.x / r, at.y / r
+    node.slip = Omega * site.journal_radius + node.n_x * at.v_y - node.n_y * at.v_x - omega_r * race_radius(site)
+    site.slip = node.slip
+    node.ratio = friction_ratio(site, 1.0)
+
+
+@inlined_kernel
+def solve_equations(w: Workspace, matrices: StepMatrices, size: int) -> tuple[float, float]:
+    """Solve the written equations, with `size` unknowns at a point, for the forces at all points after the first.
+
+    Returns the largest change of a force, and the largest force (N), which is 0 if the equations are not solvable.
+    """
+    if not solve(matrices.equations, (N_LOBATTO - 1) * size):
+        return 0.0, 0.0
+    b = matrices.equations.right_side
+    change = largest = 0.0
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if is_constrained(site):
+            for point in range(1, N_LOBATTO):
+                row, node = (point - 1) * size + site.unknown, matrices.nodes[k, point]
+                f_n, f_t = b[row], b[row + 1] if site.mode == ROLLING else node.ratio * b[row]
+                change = max(change, max(abs(f_n - node.f_n), abs(f_t - node.f_t)))
+                largest = max(largest, abs(f_n))
+                node.f_n, node.f_t = f_n, f_t
+    return change, largest
+
+
 @kernel
 def locate_nodes(w: Workspace, matrices: StepMatrices) -> None:
     """Write the normal, slip and friction ratio of each constrained site at the Lobatto points after the first."""
@@ -186,14 +240,8 @@ def locate_nodes(w: Workspace, matrices: StepMatrices) -> None:
         if not is_constrained(site):
             continue
         for point in range(1, N_LOBATTO):
-            node, at = matrices.nodes[k, point], observed_journal(site, matrices, piece.observed[6], k, point)
-            x, y = at.x - site.offset_x, at.y - site.offset_y
-            r = math.sqrt(x * x + y * y)
-            node.n_x, node.n_y = x / r, y / r
-            node.slip = piece.spin[0, point] * site.journal_radius + node.n_x * at.v_y - node.n_y * at.v_x
-            node.slip -= piece.races[k, point] * race_radius(site)
-            site.slip = node.slip
-            node.ratio = friction_ratio(site, 1.0)
+            node, at = matrices.nodes[k, point], observed_journal(site, matrices, k, point)
+            locate_node(site, node, at, piece.spin[0, point], piece.races[k, point])
 
 
 @kernel
@@ -204,14 +252,14 @@ def moves_on_circles(w: Workspace, matrices: StepMatrices, of_forces: Array, lar
     `NEGLIGIBLE` of the `largest` (N). The change is estimated as the velocity deviations divided by the responses to a
     unit force at the same point.
     """
-    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    n_ports = int(matrices.sizes[0].n_ports)
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if not is_constrained(site):
             continue
         port = port_of_site(matrices, k)
         for point in range(1, N_LOBATTO):
-            node, at = matrices.nodes[k, point], observed_journal(site, matrices, piece.observed[6], k, point)
+            node, at = matrices.nodes[k, point], observed_journal(site, matrices, k, point)
             response = of_forces[2 * (n_ports * point + port), velocity_index(n_ports, point, port)]
             allowed = NEGLIGIBLE * largest * abs(response)
             if abs(node.n_x * at.v_x + node.n_y * at.v_y) > allowed:
@@ -246,31 +294,13 @@ def set_contact_forces(w: Workspace, matrices: StepMatrices) -> None:
 
 
 @kernel
-def solve_nodes(
-    w: Workspace, matrices: StepMatrices, of_forces: Array, size: int, h: float
-) -> tuple[bool, float, float]:
-    """Solve for the forces, in their directions, at all points after the first; each point has `size` unknowns.
-
-    Returns whether the equations are solvable, the largest change of a force, and the largest force (N).
-    """
+def solve_nodes(w: Workspace, matrices: StepMatrices, of_forces: Array, size: int, h: float) -> tuple[float, float]:
+    """Solve for the forces, in their directions, at all points after the first; return what `solve_equations` does."""
     for k in range(w.sites.shape[0]):
         if is_constrained(w.sites[k]):
             for point in range(1, N_LOBATTO):
                 _write_equations(w, matrices, of_forces, k, point, size, h)
-    if not solve(matrices.equations, (N_LOBATTO - 1) * size):
-        return False, 0.0, 0.0
-    b = matrices.equations.right_side
-    change = largest = 0.0
-    for k in range(w.sites.shape[0]):
-        site = w.sites[k]
-        if is_constrained(site):
-            for point in range(1, N_LOBATTO):
-                row, node = (point - 1) * size + site.unknown, matrices.nodes[k, point]
-                f_n, f_t = b[row], b[row + 1] if site.mode == ROLLING else node.ratio * b[row]
-                change = max(change, max(abs(f_n - node.f_n), abs(f_t - node.f_t)))
-                largest = max(largest, abs(f_n))
-                node.f_n, node.f_t = f_n, f_t
-    return True, change, largest
+    return solve_equations(w, matrices, size)
 
 
 @kernel
@@ -281,8 +311,8 @@ def _write_equations(
     piece = piece_of(matrices)
     A, b = matrices.equations
     site, node = w.sites[k], matrices.nodes[k, point]
-    of_bearings = observed_journal(site, matrices, piece.observed[4], k, point)
-    of_contact = observed_journal(site, matrices, piece.observed[5], k, point)
+    of_bearings = _observed_at(site, matrices, piece.observed[4], k, point)
+    of_contact = _observed_at(site, matrices, piece.observed[5], k, point)
     row, rolling = (point - 1) * size + site.unknown, site.mode == ROLLING
     n_x, n_y = node.n_x, node.n_y
     turn = (-n_y * (of_bearings.v_x + of_contact.v_x) + n_x * (of_bearings.v_y + of_contact.v_y)) / site.clearance

@@ -40,6 +40,7 @@ from rotor_contact.pieces.piece_contact import (
     set_contact_forces,
     set_magnet_forces,
     solve_nodes,
+    start_nodes,
 )
 from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.shaft.products import (
@@ -242,10 +243,7 @@ def solve_piece(
         site = w.sites[k]
         if is_constrained(site):
             site.slip = slip_velocity(site, v, Omega)  # a piece that was given up has left another
-            for point in range(N_LOBATTO):
-                node = matrices.nodes[k, point]
-                node.n_x, node.n_y, node.slip = site.n_x, site.n_y, site.slip
-                node.f_n, node.f_t = site.f_n, site.f_t
+            start_nodes(site, matrices.nodes[k])
     set_contact_forces(w, matrices)
     start_rotations(w, matrices, theta, Omega)
     with_magnets, axes = gradients_change(w.motion, matrices), 2 * int(matrices.sizes[0].n_ports)
@@ -284,8 +282,8 @@ def solve_piece(
             for unit in range(axes):
                 largest = max(largest, abs(piece.magnets[unit]))
         if in_contact:
-            solved, of_contact, force = solve_nodes(w, matrices, of_forces, size, h)
-            if not solved or not force > 0.0:
+            of_contact, force = solve_nodes(w, matrices, of_forces, size, h)
+            if not force > 0.0:
                 return False
             change, largest = max(change, of_contact), max(largest, force)
             set_contact_forces(w, matrices)

@@ -119,24 +119,18 @@ def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float,
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if can_touch(site):
-            points = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2), _journal(site, matrices, k, 3)
+            first, second = observed_journal(site, matrices, k, 1), observed_journal(site, matrices, k, 2)
+            points = first, second, observed_journal(site, matrices, k, 3)
             share = min(share, clear_share(site, journal_of(site, z, w.n), points, h, margin))
         elif is_constrained(site):
             a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
             rough_n = third_difference(a.f_n, b.f_n, c.f_n, d.f_n)
             rough_t = third_difference(a.f_t, b.f_t, c.f_t, d.f_t)
             roughness = max(roughness, BEND * max(rough_n, rough_t) / allowed)
-            first, second = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2)
+            first, second = observed_journal(site, matrices, k, 1), observed_journal(site, matrices, k, 2)
             roughness = max(roughness, off_circle(site, first, second))
             share = min(share, share_in_mode(site, matrices.nodes[k]))
     if is_any_pressing(w):
         bend, force = bend_of_face_forces(w, matrices)
         roughness = max(roughness, BEND * bend / (MAX_ROUGHNESS * max(force, LEAST_FORCE)))
     return share, roughness
-
-
-@kernel
-def _journal(site: Site, matrices: StepMatrices, k: int, point: int) -> Point:
-    """Return the motion of journal k relative to its retainer's centre, at a Lobatto point after the first."""
-    at = observed_journal(site, matrices, piece_of(matrices).observed[6], k, point)
-    return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)

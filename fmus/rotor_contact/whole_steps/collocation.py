@@ -23,21 +23,18 @@ Systems by Runge-Kutta Methods, Springer 1989.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.contact.constraints import find_multipliers, number_unknowns, put_on_circles
-from rotor_contact.contact.friction import friction_ratio
 from rotor_contact.contact.path import Point
 from rotor_contact.contact.site import Site, is_constrained
 from rotor_contact.contact.workspace import Workspace, stages_of
 from rotor_contact.matrices.matrix_sizes import N_OBSERVED
 from rotor_contact.matrices.step_matrices import StepMatrices
+from rotor_contact.pieces.piece_contact import locate_node, solve_equations, start_nodes
 from rotor_contact.pieces.site_in_piece import follows_circle, keeps_mode
-from rotor_contact.shaft.linear_solver import solve
 from rotor_contact.shaft.lobatto import N_LOBATTO
 from rotor_contact.shaft.products import inlined_row_combination
 from rotor_contact.variables.enumerations import ROLLING
@@ -87,10 +84,8 @@ def find_first_forces(w: Workspace, matrices: StepMatrices, whole: WholeStep) ->
         if is_constrained(site):
             if not site.f_n > 0.0:
                 return False
-            for point in range(N_LOBATTO):
-                node = matrices.nodes[k, point]
-                node.n_x, node.n_y, node.slip = site.n_x, site.n_y, site.slip
-                _set_force(matrices, whole, k, point, site.f_n, site.f_t)
+            start_nodes(site, matrices.nodes[k])
+            _set_forces(matrices, whole, k)
     for k in range(n_sites):
         if is_constrained(w.sites[k]):
             response, of_first = whole.free_response[k], whole.contact_response[k]
@@ -101,13 +96,12 @@ def find_first_forces(w: Workspace, matrices: StepMatrices, whole: WholeStep) ->
 
 
 @kernel
-def _set_force(matrices: StepMatrices, whole: WholeStep, k: int, point: int, f_n: float, f_t: float) -> None:
-    """Write the force at a site at a Lobatto point, in its direction."""
-    node = matrices.nodes[k, point]
-    node.f_n, node.f_t = f_n, f_t
-    unit = first_contact(matrices) + 2 * (matrices.nodes.shape[0] * point + k)
-    whole.x[unit] = -f_n * node.n_x - f_t * node.n_y
-    whole.x[unit + 1] = -f_n * node.n_y + f_t * node.n_x
+def _set_forces(matrices: StepMatrices, whole: WholeStep, k: int) -> None:
+    """Write the forces at the nodes of site k to x."""
+    for point in range(N_LOBATTO):
+        node, unit = matrices.nodes[k, point], first_contact(matrices) + 2 * (matrices.nodes.shape[0] * point + k)
+        whole.x[unit] = -node.f_n * node.n_x - node.f_t * node.n_y
+        whole.x[unit + 1] = -node.f_n * node.n_y + node.f_t * node.n_x
 
 
 @kernel
@@ -119,18 +113,10 @@ def _locate_nodes(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> Non
         if is_constrained(site):
             free, contact = whole.free_response[k], whole.contact_response[k]
             inlined_row_combination(whole.x[later:], whole.S[k, later:], contact, N_OBSERVED)
+            of_free, of_contact = observed(free), observed(contact)
             for point in range(1, N_LOBATTO):
-                node = matrices.nodes[k, point]
-                of_free, of_contact = observed(free).journal[point - 1], observed(contact).journal[point - 1]
-                x = of_free.x + of_contact.x - site.offset_x
-                y = of_free.y + of_contact.y - site.offset_y
-                v_x = of_free.v_x + of_contact.v_x
-                v_y = of_free.v_y + of_contact.v_y
-                r = math.sqrt(x * x + y * y)
-                node.n_x, node.n_y = x / r, y / r
-                node.slip = w.motion.Omega * site.journal_radius + node.n_x * v_y - node.n_y * v_x
-                site.slip = node.slip
-                node.ratio = friction_ratio(site, 1.0)
+                at = _journal(site, of_free, of_contact, point - 1)
+                locate_node(site, matrices.nodes[k, point], at, w.motion.Omega, 0.0)
 
 
 @kernel
@@ -140,26 +126,16 @@ def _solve_nodes(w: Workspace, matrices: StepMatrices, whole: WholeStep, size: i
     `size` is the number of unknowns at a point. Returns whether the equations are solvable, and the largest change of a
     force relative to the largest force.
     """
-    n_sites = w.sites.shape[0]
-    for k in range(n_sites):
+    for k in range(w.sites.shape[0]):
         if is_constrained(w.sites[k]):
             for point in range(1, N_LOBATTO):
                 _write_equations(w, matrices, whole, k, point, size)
-    if not solve(matrices.equations, (N_LOBATTO - 1) * size):
-        return False, 0.0
-    b = matrices.equations.right_side
-    change = largest = 0.0
-    for k in range(n_sites):
-        site = w.sites[k]
-        if is_constrained(site):
-            for point in range(1, N_LOBATTO):
-                row, node = (point - 1) * size + site.unknown, matrices.nodes[k, point]
-                f_n, f_t = b[row], b[row + 1] if site.mode == ROLLING else node.ratio * b[row]
-                change = max(change, max(abs(f_n - node.f_n), abs(f_t - node.f_t)))
-                largest = max(largest, abs(f_n))
-                _set_force(matrices, whole, k, point, f_n, f_t)
+    change, largest = solve_equations(w, matrices, size)
     if not largest > 0.0:
         return False, 0.0
+    for k in range(w.sites.shape[0]):
+        if is_constrained(w.sites[k]):
+            _set_forces(matrices, whole, k)
     return True, change / largest
 
 
@@ -204,15 +180,15 @@ def _is_smooth(w: Workspace, matrices: StepMatrices, whole: WholeStep) -> bool:
         site = w.sites[k]
         if is_constrained(site):
             free, contact = observed(whole.free_response[k]), observed(whole.contact_response[k])
-            first, second = _inner_point(site, free, contact, 0), _inner_point(site, free, contact, 1)
+            first, second = _journal(site, free, contact, 0), _journal(site, free, contact, 1)
             if not (keeps_mode(site, matrices.nodes[k]) and follows_circle(site, first, second)):
                 return False
     return True
 
 
 @kernel
-def _inner_point(site: Site, free: np.record, contact: np.record, number: int) -> Point:
-    """Return the journal position of a site relative to its retainer's centre at an inner Lobatto point."""
+def _journal(site: Site, free: np.record, contact: np.record, number: int) -> Point:
+    """Return the motion of a journal relative to its retainer's centre at a Lobatto point after the first."""
     a, b = free.journal[number], contact.journal[number]
     return Point(a.x + b.x - site.offset_x, a.y + b.y - site.offset_y, a.v_x + b.v_x, a.v_y + b.v_y)
 
