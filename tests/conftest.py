@@ -55,11 +55,13 @@ def first_seed(is_long: bool) -> int:
 
 @pytest.fixture
 def few_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Studies of a levitated machine begin with few speeds, for tests in which their number does not matter."""
-    from amb_analysis.studies import closed_loop_poles, unbalance_over_speed
+    """Studies begin with few speeds, for tests in which their number does not matter."""
+    from amb_analysis.studies import closed_loop_poles, contact_traps, unbalance_over_speed
 
     monkeypatch.setattr(closed_loop_poles, "POINTS", 7)
+    monkeypatch.setattr(contact_traps, "SPEEDS", 20)
     monkeypatch.setattr(unbalance_over_speed, "LEVITATED", 9)
+    monkeypatch.setattr(unbalance_over_speed, "POINTS", 65)
 
 
 @pytest.fixture(scope="session", autouse=True)

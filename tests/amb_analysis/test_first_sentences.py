@@ -59,6 +59,7 @@ def test_unbalance_response_states_the_largest_amplitude_and_share_of_a_clearanc
     )
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_default_unbalance_of_a_rotor_is_that_of_its_balancing_grade():
     """G 2.5 is 2.5 mm/s of the centre of mass, here at the trip speed of the rotor's file."""
     rotor = load_rotor("turbo_pump")
@@ -66,6 +67,7 @@ def test_default_unbalance_of_a_rotor_is_that_of_its_balancing_grade():
     assert result.unbalance == pytest.approx(2.5e-3 * rotor.mass / rotor.reduction.speed)
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_unbalance_response_says_that_a_rotor_beyond_its_clearance_touches():
     """Amplitudes are proportional to the unbalance."""
     small = studies.unbalance_response("turbo_pump", unbalance=1e-6, up_to="6000 rpm")
@@ -104,6 +106,7 @@ def test_first_sentence_has_the_numbers_of_its_tables(name):
         assert len(first) >= 3
 
 
+@pytest.mark.usefixtures("few_speeds")
 def test_traps_answers_for_its_speed_and_unbalance_before_its_tables():
     result = studies.traps("compressor_levitated", unbalance="30 g.m")
     answer = first_line(result)

@@ -126,6 +126,7 @@ def test_every_cost_of_a_sweep_is_measured() -> None:
     assert sweeps.as_tables(data)
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_the_baseline_equals_the_co_simulation_to_the_last_bit(run_python) -> None:
     cases = {

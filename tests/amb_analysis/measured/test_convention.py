@@ -104,7 +104,7 @@ def test_the_other_time_convention_shows_on_coarse_lines_beside_the_model(step):
 
 def test_noise_has_no_time_convention():
     rng = np.random.default_rng(3)
-    noise = rng.standard_normal((2, 8, len(F)))
+    noise = rng.standard_normal((2, 5, len(F)))
     curves = [replace(response(), values=a + 1j * b) for a, b in noise.swapaxes(0, 1)]
     assert not any(is_conjugate([curve]) for curve in curves)
 

@@ -14,7 +14,7 @@ from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.results.component_names import ACTUATOR
 
 BLOWER = Path(__file__).parent / "blower"
-THREADS = (1, 2, 3)
+THREADS = (1, 2)
 
 
 def with_threads(number, function):

@@ -308,7 +308,7 @@ def test_a_rotor_that_no_pid_holds_is_refused_with_its_unstable_mode(tmp_path):
     sites = "".join(f'[[sites]]\nname = "r{b}"\nz = {z}\nbearing = "{b}"\n' for b, z in (("a", 0.15), ("b", 1.05)))
     sensors = '[[sensors]]\nname = "sa"\nz = 0.34\n[[sensors]]\nname = "sb"\nz = 0.86\n'
     with raises_naming(ValueError, "none of the PIDs", "grows", "bending mode 1", "node", "sb"):
-        new_machine(tmp_path / "fan", "\n".join((text, places, sites, sensors)), 12000.0 * RPM)
+        new_machine(tmp_path / "fan", "\n".join((text, places, sites, sensors)), 12000.0 * RPM, sample_time=50e-6)
     assert list(tmp_path.iterdir()) == []
 
 
