@@ -7,10 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+import xarray as xr
 
 import amb_cosim
 from amb_cosim.comparison import compare as comparison
+from amb_cosim.comparison.signals import compare_signals
 from amb_cosim.comparison.table import rows_of
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.presentation.text_tables import rendered
@@ -105,6 +108,22 @@ def test_signal_with_the_largest_deviation_is_printed_with_its_cycle(make):
     assert against.largest.signal == "rotor_contact.rb1.f_n"
     assert against.largest.difference == pytest.approx(0.5 * 1234.5)
     assert against.largest.cycle == pytest.approx(6.5)
+
+
+@pytest.mark.parametrize("turns", [1, 2])
+def test_angles_beside_the_end_of_a_turn_differ_by_little(turns):
+    """An angle of many turns does not start again, so a whole turn counts there."""
+    time = np.linspace(0.0, 1.0, 50)
+
+    def run(behind):
+        angle = 2.0 * math.pi * turns * time - behind
+        angle = angle % (2.0 * math.pi) if turns == 1 else angle + 2.0 * math.pi * (behind > 0.0)
+        signals = {"rotor_contact.theta": ("time", angle, {"units": "rad"}), "cycle": ("time", time)}
+        return xr.Dataset(signals, {"time": time})
+
+    (against,) = compare_signals("ab", [run(0.0), run(0.01)]).against_first
+    assert against.largest.signal == "rotor_contact.theta"
+    assert against.largest.difference == pytest.approx(0.01 if turns == 1 else 2.0 * math.pi - 0.01)
 
 
 def test_signals_missing_in_some_runs_are_reported(make):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from amb_cosim.cosim.record.signals import AT_STEPS, Signals, variables_of
 from amb_cosim.results.signal_arrays import cycles, finite_signals, not_finite
 
 MOST_NAMES = 6  # most names in a printed list
+TURN = 2.0 * math.pi  # an angle that stays within a turn starts again at its end: 0.01 and 6.27 rad are neighbours
 
 
 @dataclass(frozen=True)
@@ -77,9 +79,8 @@ class SignalComparison:
             text = f"{other.label}: {other.equal} of {other.compared} common signals are bitwise equal"
             if other.largest is not None:
                 worst = other.largest
-                text += (
-                    f"; {worst.signal} deviates most, by {worst.difference:.4g} {worst.unit} at cycle {worst.cycle:.4g}"
-                )
+                by = f"{worst.difference:.4g} {worst.unit}".rstrip()
+                text += f"; {worst.signal} deviates most, by {by} at cycle {worst.cycle:.4g}"
             if other.not_finite:
                 text += f"; deviation not computed for: {not_finite(other.not_finite)}"
             lines.append(text)
@@ -134,11 +135,13 @@ def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> 
         if name in left_out:
             unequal.append(name)
             continue
+        unit = str(first[name].attrs.get("units", ""))
         difference = np.abs(values - reference)
+        if unit == "rad" and max(np.ptp(values), np.ptp(reference)) <= TURN:
+            difference = np.minimum(difference, np.abs(TURN - difference))
         at = int(np.argmax(difference))
         span = float(np.ptp(reference))
         if span > 0.0 and difference[at] > worst * span:
-            unit = str(first[name].attrs.get("units", ""))
             worst = float(difference[at]) / span
             largest = LargestDifference(
                 name, "" if unit == "1" else unit, float(difference[at]), float(cycles(first)[at])
