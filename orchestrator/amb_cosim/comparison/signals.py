@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from amb_cosim.cosim.record.differences import differences
 from amb_cosim.cosim.record.signals import AT_STEPS, Signals, variables_of
 from amb_cosim.results.signal_arrays import cycles, finite_signals, not_finite
 
 MOST_NAMES = 6  # most names in a printed list
-TURN = 2.0 * math.pi  # an angle that stays within a turn starts again at its end: 0.01 and 6.27 rad are neighbours
 
 
 @dataclass(frozen=True)
@@ -136,9 +135,7 @@ def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> 
             unequal.append(name)
             continue
         unit = str(first[name].attrs.get("units", ""))
-        difference = np.abs(values - reference)
-        if unit == "rad" and max(np.ptp(values), np.ptp(reference)) <= TURN:
-            difference = np.minimum(difference, np.abs(TURN - difference))
+        difference = differences(values, reference, unit)
         at = int(np.argmax(difference))
         span = float(np.ptp(reference))
         if span > 0.0 and difference[at] > worst * span:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.processes.child_process import limit_memory
 from amb_cosim.cosim.processes.descendants import end_descendants, end_with_parent
+from amb_cosim.cosim.record.differences import differences
 from amb_cosim.cosim.run.isolation import ERROR, RECORDING
 from amb_cosim.cosim.verify.reference_experiments import ReferenceExperiment, Table, read_experiments
 from amb_cosim.cosim.verify.verification import MOST_TOLERANCE, TOLERANCE, Deviation, Verified
@@ -88,7 +89,8 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
         failure = f"it ended the simulation at {end:.9g} s, but its reference results end at {times[-1]:.9g} s"
         return Verified(experiment.name, tolerance, failure=failure)
     n_texts, other = _compared_texts(experiment.references, times, [*texts], seen)
-    largest = _largest_deviation(times, references, {name: np.asarray(result[name]) for name in ("time", *names)})
+    values = {name: np.asarray(result[name]) for name in ("time", *names)}
+    largest = _largest_deviation(times, references, values, {name: _unit_of(variables[name]) for name in names})
     n_values = sum(column.size for column in references.values()) + n_texts
     return Verified(
         experiment.name, tolerance, len(times), n_values, largest, allowed=allowed, omitted=omitted, other_text=other
@@ -242,8 +244,13 @@ def _numbers(name: str, column: list[str]) -> Array:
         raise ValueError(f"the reference results of {name} must be numbers, equally many in each row") from error
 
 
+def _unit_of(variable: Any) -> str | None:
+    unit: str | None = variable.unit or getattr(variable.declaredType, "unit", None)
+    return unit
+
+
 def _largest_deviation(
-    times: Array, references: Mapping[str, Array], results: Mapping[str, NDArray[Any]]
+    times: Array, references: Mapping[str, Array], results: Mapping[str, NDArray[Any]], units: Mapping[str, str | None]
 ) -> Deviation | None:
     """Compare results with references; results are interpolated linearly between points."""
     points = results["time"]
@@ -256,7 +263,7 @@ def _largest_deviation(
         if values.shape != expected.shape:
             sizes = f"{expected.shape[1]} values in a row, but the variable has {values.shape[1]}"
             raise ValueError(f"the reference results of {name} have {sizes}")
-        gaps = np.where(expected == values, 0.0, np.abs(values - expected))
+        gaps = np.where(expected == values, 0.0, differences(values, expected, units[name]))
         scale = np.abs(expected).max() or 1.0
         relative = np.where(np.isfinite(gaps), gaps / scale, np.inf)
         row, column = np.unravel_index(int(relative.argmax()), relative.shape)
