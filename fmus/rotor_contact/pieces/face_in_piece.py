@@ -21,7 +21,7 @@ from rotor_contact.matrices.matrix_sizes import place_index, velocity_index
 from rotor_contact.matrices.speed_grid import LevelsAround
 from rotor_contact.matrices.step_matrices import StepMatrices
 from rotor_contact.pieces.piece import piece_of
-from rotor_contact.pieces.piece_contact import port_of_face, port_of_housing
+from rotor_contact.pieces.piece_ports import port_of_face, port_of_housing
 from rotor_contact.shaft.linear_solver import solve
 from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, third_difference
 

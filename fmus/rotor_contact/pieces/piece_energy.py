@@ -35,7 +35,7 @@ from rotor_contact.matrices.speed_grid import levels_around, slot_of
 from rotor_contact.matrices.step_matrices import StepMatrices, coefficients_at
 from rotor_contact.pieces.face_in_piece import add_heat_of_faces
 from rotor_contact.pieces.piece import Piece, piece_of, unbalance_place
-from rotor_contact.pieces.piece_contact import magnet_force
+from rotor_contact.pieces.piece_ports import magnet_force
 from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.shaft.products import row_combination
 from rotor_contact.shaft.seals import seal_power, slopes_of_seal_power, stored_by_seals

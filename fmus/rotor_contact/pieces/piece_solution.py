@@ -26,21 +26,23 @@ from rotor_contact.pieces.face_in_piece import (
 )
 from rotor_contact.pieces.piece import advance_rotations, end_rotations, piece_of, start_rotations
 from rotor_contact.pieces.piece_contact import (
-    columns_in_use,
-    gradients_change,
     locate_nodes,
-    magnet_force,
-    magnets_act,
     moves_on_circles,
     observe,
+    set_contact_forces,
+    solve_nodes,
+    start_nodes,
+)
+from rotor_contact.pieces.piece_ports import (
+    columns_in_use,
+    gradients_change,
+    magnet_force,
+    magnets_act,
     port_of_bearing,
     port_of_face,
     port_of_housing,
     port_of_site,
-    set_contact_forces,
     set_magnet_forces,
-    solve_nodes,
-    start_nodes,
 )
 from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.shaft.products import (

@@ -3,7 +3,7 @@
     K = K_0 - diag(g_0),   f = F + (g - g_0) q    at each axis of a magnetic bearing            (1)
 
 g_0 are the gradients in the matrices, g the gradients of the present step, and f is the force at the nodes of a piece
-(`piece_contact`). Gradients that vary around g_0, such as those of nonlinear magnets, therefore leave only small forces
+(`piece_ports`). Gradients that vary around g_0, such as those of nonlinear magnets, therefore leave only small forces
 at the nodes.
 
 The matrices are built over `STEPS_BEFORE_BUILD` steps. Gradients that stay far from g_0 for many steps, such as the

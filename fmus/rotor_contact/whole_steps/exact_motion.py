@@ -17,8 +17,8 @@ from rotor_contact.matrices.matrix_sizes import FIRST_CONSTANT
 from rotor_contact.matrices.speed_grid import CONSTANT
 from rotor_contact.matrices.step_matrices import StepMatrices
 from rotor_contact.pieces.piece import advance_rotations, start_rotations
-from rotor_contact.pieces.piece_contact import gradients_change
 from rotor_contact.pieces.piece_energy import ShaftDamping, add_energies
+from rotor_contact.pieces.piece_ports import gradients_change
 from rotor_contact.pieces.site_in_piece import stays_clear
 from rotor_contact.shaft.products import row_combination, triangular_form
 from rotor_contact.whole_steps.collocation import find_end_forces, find_first_forces, find_forces

@@ -12,7 +12,7 @@ from fmi_export.jit import kernel
 from rotor_contact.contact.workspace import Workspace, stages_of
 from rotor_contact.matrices.matrix_sizes import whole_columns
 from rotor_contact.matrices.step_matrices import StepMatrices
-from rotor_contact.pieces.piece_contact import gradient_change, gradients_change
+from rotor_contact.pieces.piece_ports import gradient_change, gradients_change
 from rotor_contact.shaft.lobatto import LOBATTO_POINTS, N_LOBATTO
 from rotor_contact.shaft.products import add_combination, row_combination
 from rotor_contact.whole_steps.whole_step_rows import WholeStep, first_contact, first_held

@@ -24,7 +24,7 @@ from rotor_contact.matrices.matrix_inputs import combine, is_derived, note_deriv
 from rotor_contact.matrices.matrix_sizes import FIRST_CONSTANT, place_index
 from rotor_contact.matrices.speed_grid import CONSTANT
 from rotor_contact.matrices.step_matrices import Level, StepMatrices, coefficients_at, level_of, powers_of
-from rotor_contact.pieces.piece_contact import magnet_force, port_of_site
+from rotor_contact.pieces.piece_ports import magnet_force, port_of_site
 from rotor_contact.shaft.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.whole_steps.whole_step_rows import (
     WholeStep,

@@ -11,7 +11,7 @@ from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.matrices.matrix_sizes import N_OBSERVED, OBSERVED, whole_columns, whole_rows
 from rotor_contact.matrices.step_matrices import StepMatrices
-from rotor_contact.pieces.piece_contact import port_of_bearing, port_of_site
+from rotor_contact.pieces.piece_ports import port_of_bearing, port_of_site
 from rotor_contact.shaft.lobatto import N_LOBATTO
 from rotor_contact.shaft.structure import REAL
 
