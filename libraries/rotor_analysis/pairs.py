@@ -16,7 +16,7 @@ def turned(size: int) -> Array:
 
 
 def times_turned(A: Array) -> Array:
-    """Return A J, where J is `turned`: its columns are those of A, exchanged in pairs, and every second one negated."""
+    """Return A J with J from `turned`, by exchanging the columns of each pair and negating the second."""
     result = np.empty_like(A)
     result[:, ::2], result[:, 1::2] = A[:, 1::2], 0.0 - A[:, ::2]  # no -0.0
     return result

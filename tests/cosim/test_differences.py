@@ -18,6 +18,10 @@ def test_angles_beside_the_end_of_a_turn_are_neighbours(shift):
     assert differences(EARLIER - shift, ANGLE - shift, "rad") == pytest.approx(1e-9, rel=1e-6)
 
 
+def test_angles_in_degrees_are_neighbours_too():
+    assert differences(np.degrees(EARLIER), np.degrees(ANGLE), "deg") == pytest.approx(np.degrees(1e-9), rel=1e-5)
+
+
 def test_other_signals_and_angles_of_many_turns_do_not_start_again():
     assert differences(EARLIER, ANGLE, "m").max() == pytest.approx(2.0 * math.pi)
     many = 10.0 * ANGLE

@@ -25,13 +25,8 @@ TARGETS = {
         for place in (
             *("contact/friction", "contact/site", "contact/path", "contact/constraints", "contact/impact"),
             *("contact/bodies", "substeps/substeps", "matrix_step", "pieces/piece", "pieces/piece_solution"),
-            *(
-                "pieces/piece_contact",
-                "pieces/piece_ports",
-                "pieces/piece_events",
-                "pieces/piece_cut",
-                "pieces/piece_energy",
-            ),
+            *("pieces/piece_contact", "pieces/piece_ports", "pieces/piece_events"),
+            *("pieces/piece_cut", "pieces/piece_energy"),
             "whole_steps/collocation",
         )
     },

@@ -120,7 +120,7 @@ def __getattr__(name: str) -> Any:
 
 @cache
 def _with_one_blas_thread(module: str, name: str) -> Any:
-    """Return a study's function, which computes with one thread of linear algebra, whoever calls it."""
+    """Return the function of a study, limited to one thread of linear algebra; threads would wait for each other."""
     from amb_cosim.cosim.processes.blas import one_blas_thread
 
     return one_blas_thread()(getattr(import_module(module, __name__), name))

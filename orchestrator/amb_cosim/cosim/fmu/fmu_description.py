@@ -255,10 +255,10 @@ def _ports(
 ) -> Iterator[Port]:
     """Yield a port for a variable, or for each element of an array."""
     declared = variable.declaredType
-    unit = variable.unit or _inherited(variable, "unit")
+    unit = variable.unit or inherited(variable, "unit")
     items = declared.items if declared is not None and variable.type == "Enumeration" else ()
     lowest, highest = _LIMITS.get(variable.type, (-math.inf, math.inf))
-    minimum, maximum = (_inherited(variable, name) for name in ("min", "max"))
+    minimum, maximum = (inherited(variable, name) for name in ("min", "max"))
     first = Port(
         name=variable.name,
         type=_TYPES[variable.type],
@@ -277,7 +277,7 @@ def _ports(
         items={item.name: int(item.value) for item in items},
         variability=variable.variability or "continuous",
         stored=variable.type,
-        relative=bool(_inherited(variable, "relativeQuantity")),
+        relative=bool(inherited(variable, "relativeQuantity")),
         has_start=_has_start(variable),
     )
     if not variable.shape:
@@ -291,7 +291,7 @@ def _ports(
         yield replace(first, name=name, description=text, start=number, element=k, size=len(names), array=array)
 
 
-def _inherited(variable: Any, attribute: str) -> Any:
+def inherited(variable: Any, attribute: str) -> Any:
     """Return an attribute of a variable or, if the variable lacks it, of its declared type; None if both lack it."""
     own = getattr(variable, attribute, None)
     return getattr(variable.declaredType, attribute, None) if own is None else own

@@ -14,6 +14,7 @@ import numpy as np
 from fmpy import instantiate_fmu, read_model_description, simulate_fmu
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.fmu.fmu_description import inherited
 from amb_cosim.cosim.processes.child_process import limit_memory
 from amb_cosim.cosim.processes.descendants import end_descendants, end_with_parent
 from amb_cosim.cosim.record.differences import differences
@@ -90,7 +91,8 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
         return Verified(experiment.name, tolerance, failure=failure)
     n_texts, other = _compared_texts(experiment.references, times, [*texts], seen)
     values = {name: np.asarray(result[name]) for name in ("time", *names)}
-    largest = _largest_deviation(times, references, values, {name: _unit_of(variables[name]) for name in names})
+    units = {name: inherited(variables[name], "unit") for name in names}
+    largest = _largest_deviation(times, references, values, units)
     n_values = sum(column.size for column in references.values()) + n_texts
     return Verified(
         experiment.name, tolerance, len(times), n_values, largest, allowed=allowed, omitted=omitted, other_text=other
@@ -242,11 +244,6 @@ def _numbers(name: str, column: list[str]) -> Array:
         return np.array([[_number(item) for item in text.split()] for text in column], dtype=np.float64)
     except ValueError as error:
         raise ValueError(f"the reference results of {name} must be numbers, equally many in each row") from error
-
-
-def _unit_of(variable: Any) -> str | None:
-    unit: str | None = variable.unit or getattr(variable.declaredType, "unit", None)
-    return unit
 
 
 def _largest_deviation(
