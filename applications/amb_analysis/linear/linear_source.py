@@ -101,11 +101,16 @@ class LinearSource:
         ports = ((c, p) for c, interface in self.plan.interfaces.items() for p in interface.ports.values())
         return {f"{c}.{p.name}": p.unit or "1" for c, p in ports}
 
-    def feeds(self, names: Sequence[str]) -> dict[str, str]:
+    def feeds(self, names: Sequence[str]) -> Mapping[str, str]:
         """Return the output that feeds each input, by the input's name, for connections among the named components."""
         system = self.plan.system
-        links = {link.target: link.source for link in system.connections}
-        return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
+
+        def among() -> dict[str, str]:
+            links = {link.target: link.source for link in system.connections}
+            return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
+
+        feeds: Mapping[str, str] = self.cached(f"feeds among {sorted(names)}", among)
+        return feeds
 
     def kind(self, name: str) -> str:
         """Return the name of a component's model, or the path of its FMU."""
@@ -181,7 +186,12 @@ class LinearSource:
 
     def _speeds(self, name: str) -> list[float]:
         """Return the speeds (rad/s) at which a linear controller has laws."""
-        return [float(speed) for speed in matrices_of(self.constants(name)).speeds if math.isfinite(speed)]
+
+        def stated() -> list[float]:
+            return [float(speed) for speed in matrices_of(self.constants(name)).speeds if math.isfinite(speed)]
+
+        speeds: list[float] = self.cached(f"speeds of {name}", stated)
+        return speeds
 
     def mass(self, name: str) -> Array:
         """Return the mass matrix of a component, which is empty for all models except this project's rotor."""
