@@ -2,6 +2,7 @@
 export CI=1 # hypothesis repeats its examples
 export PIP_CONSTRAINT="$PWD/constraints.txt" UV_CONSTRAINT="$PWD/constraints.txt" # the tested versions
 export AMB_COSIM_TEST_CACHE="${XDG_CACHE_HOME:-$HOME/.cache}/amb-cosim-tests"
+export MYPY_CACHE_DIR="$AMB_COSIM_TEST_CACHE/mypy" # of any clone: files are compared by content
 export PATH="$PATH:/usr/lib/wine" # Debian's wine64 is not on the PATH
 
 stage() { # prints the time since the start before the name of a stage
