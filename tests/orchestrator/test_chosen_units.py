@@ -25,6 +25,7 @@ from amb_cosim.scenario.scenario import load_scenario
 
 MACHINE = "compressor_levitated"
 RUN = load_scenario(MACHINE).changed(settle_cycles=0, end_cycle=0.5)
+BLOWER = Path(__file__).parents[1] / "amb_assessment" / "assessment" / "blower" / "machine.toml"
 EXPANDER = Path(__file__).parents[1] / "strange_machine" / "expander.toml"
 MODES = Measurement(modes=Modes(np.array([595.0, 1315.0]), np.full(2, np.nan)))
 ARGUMENTS = {  # of every study; a study that is not here fails
@@ -132,7 +133,7 @@ def test_chosen_units_act_on_the_numbers_and_the_figure_of_a_study(name):
 
 
 def test_chosen_units_act_on_all_numbers_of_an_assessment(runner):
-    assessment = assess("turbo_expander", only=("critical_map", "envelope"))
+    assessment = assess(BLOWER, only=("critical_map", "envelope"))
     check_units(*(text_of_page(assessment, *chosen) for chosen in (BEFORE, AFTER)))
     assert "rpm" in UNIT.findall(text_of_page(assessment))
     printed = runner("assess", "turbo_expander", "--no-pdf", "--units", "Hz", "--only", "unbalance").stdout

@@ -69,7 +69,7 @@ def damped_expander(folder):
     (folder / "machine.toml").write_text(toml_text(data | {"rotor": "rotor.toml"}), encoding="utf-8")
 
 
-MACHINES = {"turbo_expander": damped_expander, "blower": blower}
+MACHINES = {"blower": blower, "turbo_expander": damped_expander}
 """Writers of machine files, of their rotors, and of the files that they refer to."""
 
 

@@ -46,7 +46,7 @@ def test_disk_margin_is_the_least_at_any_frequency(machine, up_to):
     """That of many frequencies, closer about the least; it is above 2 kHz for the turbo-expander."""
     loop, speed = loop_of(machine)
     loop = Loop(loop.linear_components.at(speed.highest))
-    _, margins = _all_loops(loop, np.geomspace(1.0, 0.5 / loop.sample_time, 2000))
+    _, margins = _all_loops(loop, np.geomspace(1.0, 0.5 / loop.sample_time, 300))
     n = len(loop.demands)
     for rows, margin in zip((slice(None, n), slice(n, None)), margins.values(), strict=True):
         hertz = np.append(np.linspace(0.0, 0.5 / loop.sample_time, 2000), margin.frequency + np.linspace(-5, 5, 201))

@@ -14,7 +14,7 @@ from amb_analysis.machine.axis_capability import current_amplitude
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies import figure, poles
 from amb_analysis.studies.loop_vibrations import Vibrations
-from amb_assessment.assessment.analyses import cross_coupling, robustness
+from amb_assessment.assessment.analyses import closed_loop, cross_coupling, robustness
 from amb_assessment.assessment.engine.assess import ANALYSES, Needs, assess
 from amb_assessment.assessment.engine.findings import Judgement, judge
 from amb_assessment.assessment.format.criteria import load_criteria
@@ -109,6 +109,12 @@ def test_poles_over_speed_report_a_drift_with_axis_and_rate():
     assert "not stable" in [entry.get_text() for legend in legends for entry in legend.texts]
 
 
+def found_in(result, subject):
+    """Return the findings of an analysis by the key of their criterion."""
+    findings = judge(result.quantities, load_criteria(), subject.facts)
+    return {item.criterion.key: item for item in findings if item.criterion}
+
+
 @pytest.fixture
 def expander(tmp_path):
     """The packaged expander with a text of its rotor file replaced."""
@@ -122,19 +128,18 @@ def expander(tmp_path):
     return changed
 
 
-def test_an_unstable_corner_misses_its_sensitivity_and_stability(expander):
+def test_an_unstable_corner_misses_its_sensitivity_and_stability(expander, monkeypatch):
     """With less damping a mode at 4.6 kHz grows, beyond the frequency up to which the file assesses decrements."""
+    all_corners = robustness.variations
+    monkeypatch.setattr(robustness, "variations", lambda given: dict([*all_corners(given).items()][::4]))
     subject = assessed_machine_of(expander("modal = 0.001\n", "modal = 0.0008\n"))
     result = robustness.result_of(subject)
-    found = {
-        item.criterion.key: item for item in judge(result.quantities, load_criteria(), subject.facts) if item.criterion
-    }
+    found, rows = found_in(result, subject), result.tables[0].rows
     assert found["stable_with_tolerances"].verdict is Judgement.FAILED
     assert found["stable_with_tolerances"].measured.value > 1.0001
     assert found["sensitivity_with_tolerances"].verdict is Judgement.FAILED
     assert found["sensitivity_with_tolerances"].measured.shown == "without bound"
-    rows = result.tables[0].rows
-    assert sum("vibration of 4" in motion and peak == "not stable" for *_, motion, _, peak in rows) >= 8
+    assert sum("vibration of 4" in motion and peak == "not stable" for *_, motion, _, peak in rows) >= 2
     for name, radius, _, _, peak in rows:
         assert (float(radius) > 1.0) == (peak == "not stable"), name
 
@@ -181,7 +186,7 @@ def test_speeds_below_the_operating_range_are_judged(expander):
     worst = least_stable(machine)
     assert not worst.is_stable
     assert worst.speed == pytest.approx(SWIRL, rel=0.01)
-    (found,) = (f for f in assess(file, only=["closed_loop"]).findings if f.criterion and f.criterion.key == "stable")
+    found = found_in(closed_loop.result_of(machine), machine)["stable"]
     assert (found.verdict, found.measured.value) == (Judgement.FAILED, pytest.approx(worst.radius, abs=1e-9))
 
 
