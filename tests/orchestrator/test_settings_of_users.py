@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from command_line import run_command
+from slow import slow_but_first
 
 from amb_cosim.cosim.run.dataset import save
 
@@ -52,10 +53,10 @@ def expected(folder):
     return drawn(folder)
 
 
-@pytest.mark.parametrize("make", FILES.values(), ids=FILES)
-def test_a_matplotlibrc_of_the_user_changes_no_figure(folder, expected, make):
+@pytest.mark.parametrize("kind", slow_but_first(FILES))
+def test_a_matplotlibrc_of_the_user_changes_no_figure(folder, expected, kind):
     file = folder / "matplotlibrc"
-    make(file)
+    FILES[kind](file)
     picture = drawn(folder)
     file.rmdir() if file.is_dir() else file.unlink()
     assert picture == expected
@@ -63,12 +64,16 @@ def test_a_matplotlibrc_of_the_user_changes_no_figure(folder, expected, make):
 
 @pytest.mark.parametrize(
     "environment",
-    [
-        *({"MPLBACKEND": name} for name in ("module://matplotlib_inline.backend_inline", "module://none", "nonsense")),
-        # matplotlib warns of the first ones, and raises UnicodeDecodeError for the second when it is imported
-        {"MPLCONFIGDIR": b"backend : nonsense\nno colon\nunknown : 3\n"},
-        {"MPLCONFIGDIR": b"font.family : \xe9\n"},
-    ],
+    slow_but_first(
+        [
+            # when it is imported, matplotlib raises UnicodeDecodeError for the first file, and warns of the second
+            {"MPLCONFIGDIR": b"font.family : \xe9\n"},
+            {"MPLCONFIGDIR": b"backend : nonsense\nno colon\nunknown : 3\n"},
+            {"MPLBACKEND": "module://matplotlib_inline.backend_inline"},
+            {"MPLBACKEND": "module://none"},
+            {"MPLBACKEND": "nonsense"},
+        ]
+    ),
 )
 def test_a_command_draws_whatever_its_environment_names(folder, tmp_path, environment):
     for name, content in environment.items():

@@ -104,7 +104,7 @@ def test_the_other_time_convention_shows_on_coarse_lines_beside_the_model(step):
 
 def test_noise_has_no_time_convention():
     rng = np.random.default_rng(3)
-    noise = rng.standard_normal((2, 5, len(F)))
+    noise = rng.standard_normal((2, 2, len(F)))
     curves = [replace(response(), values=a + 1j * b) for a, b in noise.swapaxes(0, 1)]
     assert not any(is_conjugate([curve]) for curve in curves)
 
@@ -163,15 +163,15 @@ def test_noise_at_uncertain_coherence_has_no_modes():
     coherence, averages = np.where(F < 100.0, 0.999, 0.65), 5
     relative = np.sqrt((1.0 - coherence) / (2.0 * averages * coherence))
     exact, noise, noise_without = response(zeta=0.01), 0, 0
-    for seed in range(8):
+    for seed in range(4):
         a, b = np.random.default_rng(seed).standard_normal((2, len(F)))
         curve = replace(exact, values=exact.values * (1.0 + relative * (a + 1j * b)), coherence=coherence)
         modes = [round(mode.frequency) for mode in fitted_modes([curve])]
         assert 62 in modes
         noise += len(set(modes) - {62, 151})
         noise_without += len(fitted_modes([replace(curve, coherence=None)]))
-    assert noise_without > 60
-    assert noise <= 4
+    assert noise_without > 30
+    assert noise <= 2
 
 
 def test_modes_without_resolved_damping_share_a_warning():

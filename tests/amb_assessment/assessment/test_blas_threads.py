@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from slow import slow_but_first
 from threadpoolctl import threadpool_limits
 
 from amb_assessment.assessment.engine import assess as assessing
@@ -31,7 +32,7 @@ def static_currents():
     return {name: value.hex() for name, value in parameters.items() if ".static_current_" in name}
 
 
-@pytest.mark.parametrize("function", [constants, static_currents])
+@pytest.mark.parametrize("function", slow_but_first([constants, static_currents]))
 def test_threads_change_no_bit_of_the_constants_of_a_run(function):
     results = [with_threads(number, function) for number in THREADS]
     assert results[0]

@@ -47,10 +47,11 @@ def test_disk_margin_is_the_least_at_any_frequency(machine, up_to):
     loop, speed = loop_of(machine)
     loop = Loop(loop.linear_components.at(speed.highest))
     _, margins = _all_loops(loop, np.geomspace(1.0, 0.5 / loop.sample_time, 300))
-    n = len(loop.demands)
+    n, wide = len(loop.demands), response(loop.closed, np.linspace(0.0, 0.5 / loop.sample_time, 2000))
     for rows, margin in zip((slice(None, n), slice(n, None)), margins.values(), strict=True):
-        hertz = np.append(np.linspace(0.0, 0.5 / loop.sample_time, 2000), margin.frequency + np.linspace(-5, 5, 201))
-        assert margin.least == pytest.approx(disk_margin(response(loop.closed, hertz)[rows, rows]).min(), rel=1e-3)
+        close = response(loop.closed, margin.frequency + np.linspace(-5, 5, 201))
+        least = min(disk_margin(part[rows, rows]).min() for part in (wide, close))
+        assert margin.least == pytest.approx(least, rel=1e-3)
         assert (margin.frequency > 2000.0) == (up_to == "high")
 
 
