@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "mkdocs"))
 
 import declarations
 import equations
+import pathspec  # comes with mkdocs
 
 from amb_cosim.cosim.system.system_tables import SystemTable
 from amb_cosim.scenario.scenario import Scenario
@@ -101,3 +102,25 @@ def test_templates_of_pages_are_no_pages():
     excluded = GitIgnoreSpec.from_lines(lines)
     assert all(excluded.match_file(path.as_posix()) for path in templates)
     assert not excluded.match_file("docs/index.md")
+
+
+@pytest.mark.parametrize(
+    ("name", "is_in_the_site"),
+    [
+        ("fmus/amb_actuator/README.md", True),
+        ("orchestrator/amb_cosim/presentation/templates.py", True),
+        ("fmus/amb_actuator/__pycache__/kernels/pull.nbi", False),
+        ("applications/amb_assessment/first_design/templates/README.md", False),
+        ("applications/amb_live/page/node_modules/tool/README.md", False),
+        ("fmus/.cache/README.md", False),
+        (".github/README.md", False),
+    ],
+)
+def test_what_caches_and_templates_hold_is_no_page(name, is_in_the_site):
+    """Kernels kept beside the sources differed each time that a release was made.
+
+    Of pathspec's backends, `simple` includes these files if a pattern names only their folder.
+    """
+    patterns = yaml.safe_load((Path(__file__).parents[2] / "mkdocs.yml").read_text(encoding="utf-8"))["exclude_docs"]
+    excluded = pathspec.GitIgnoreSpec.from_lines(patterns.splitlines(), backend="simple")
+    assert excluded.match_file(name) != is_in_the_site
