@@ -37,7 +37,7 @@ def test_a_build_takes_the_compilers_that_the_extra_takes():
 def test_the_readme_installs_every_extra_that_a_command_requires():
     folders = ("orchestrator", "applications", "libraries", "fmus", "packs")
     required = named(
-        r'require_extra\(\s*"(\w+)"', [file for folder in folders for file in (ROOT / folder).rglob("*.py")]
+        r'(?:require|lacking)_extra\(\s*"(\w+)"', [file for folder in folders for file in (ROOT / folder).rglob("*.py")]
     )
     assert required >= {"native", "report", "sweep"}
     assert required <= installed()

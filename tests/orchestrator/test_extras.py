@@ -1,13 +1,18 @@
 """Python without the packages of extras: a plain run works, and errors of other commands name what to install."""
 
+from pathlib import Path
+
 import pytest
 
 import amb_cosim
 from fmi_export.building.extras import install_command
+from tests.support.messages import assert_names
+
+BLOWER = Path(__file__).parents[1] / "amb_assessment" / "assessment" / "blower" / "machine.toml"
 
 
-def without_extras(arguments: list[str]) -> tuple[object, str]:
-    """Exit code of a command and what it says of errors."""
+def without_extras(arguments: list[str]) -> tuple[object, str, str]:
+    """Exit code of a command, what it prints, and what it says of errors."""
     import contextlib
     import io
 
@@ -16,19 +21,29 @@ def without_extras(arguments: list[str]) -> tuple[object, str]:
     hide("SALib", "bokeh", "dask", "distributed", "narwhals", "plotly", "zarr", "ziglang")
     from amb_cosim.commands.cli import main
 
-    errors = io.StringIO()
-    with contextlib.redirect_stderr(errors):
+    printed, errors = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(errors):
         try:
             main(arguments)
         except SystemExit as end:
-            return end.code, errors.getvalue()
+            return end.code, printed.getvalue(), errors.getvalue()
 
 
 def test_a_plain_run_needs_no_extra(run_python, tmp_path):
     amb_cosim.run("fig4_9", until=0.01)  # which may compile what an installed package has with it
-    code, errors = run_python(without_extras, cwd=tmp_path, arguments=["run", "fig4_9", "--until", "0.05"])
+    code, _, errors = run_python(without_extras, cwd=tmp_path, arguments=["run", "fig4_9", "--until", "0.05"])
     assert code == 0, errors
     assert (tmp_path / "results" / "fig4_9" / "orbits.png").is_file()
+
+
+@pytest.mark.slow
+def test_an_assessment_without_plotly_has_its_answer_and_data(run_python, tmp_path):
+    arguments = ["assess", str(BLOWER), "--only", "closed_loop", "-o", "judged"]
+    code, printed, errors = run_python(without_extras, cwd=tmp_path, arguments=arguments)
+    assert code == 0, errors
+    assert printed.startswith("Yes: all")
+    assert_names(printed, "judged/assessment.json", "page needs plotly", "[report]")
+    assert [path.name for path in (tmp_path / "judged").iterdir()] == ["assessment.json"]
 
 
 NATIVE = "it needs ziglang"
@@ -46,5 +61,5 @@ NATIVE = "it needs ziglang"
 def test_error_of_a_command_names_the_missing_extra(run_python, tmp_path, monkeypatch, command, needs, extra):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
     monkeypatch.chdir(tmp_path)  # the command that installs it names the clone from elsewhere
-    code, message = run_python(without_extras, cwd=tmp_path, arguments=command.split())
+    code, _, message = run_python(without_extras, cwd=tmp_path, arguments=command.split())
     assert (code, message.endswith(f"{needs}, not installed: {install_command(extra)}\n")) == (2, True), message

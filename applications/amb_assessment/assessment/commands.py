@@ -13,7 +13,7 @@ from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, UNITS, output
 from amb_cosim.cosim.choices import Flavour
 from amb_files.atomic import check_writable
-from fmi_export.building.extras import require_extra
+from fmi_export.building.extras import lacking_extra
 
 
 @click.command()
@@ -54,7 +54,7 @@ def assess(
         return
     from amb_assessment.assessment.engine.assess import assess as assessment_of
     from amb_assessment.assessment.format.machine_file import load_machine
-    from amb_assessment.assessment.page.page import DATA, PAGE, write_assessment
+    from amb_assessment.assessment.page.page import DATA, PAGE, write_data, write_page
     from amb_assessment.assessment.page.pdf import PDF, print_page
     from amb_cosim.commands.cli_errors import Failed
     from amb_cosim.presentation.plain_console import plain_console
@@ -63,7 +63,7 @@ def assess(
     from amb_cosim.presentation.units import convert_units_in_text
 
     with refusing(), bars(plain_console(stderr=True), interval=0.0) as progress:
-        require_extra("report", "an assessment", "plotly")
+        without_page = lacking_extra("report", "the page", "plotly")
         machine = load_machine(file)
         folder = output or Path("results") / re.sub(r"[/\\]", "_", f"assess_{machine.name}")
         check_writable(folder, is_folder=True, files=(PAGE, DATA, PDF))
@@ -79,13 +79,14 @@ def assess(
             flavour=flavour,
             progress=report,
         )
-        page = write_assessment(result, folder)
-        printed = print_page(page) if pdf else None
+        data = write_data(result, folder)
+        page = None if without_page else write_page(result, folder)
+        printed = print_page(page) if page and pdf else None
     undecided = {key: why for key, why in result.undecided.items() if key not in result.unevaluated}
     sentences = [*(sentence for _, sentence in result.failures), *_by_reason(_named(undecided))]
     print_parts([result.conclusion, *(f"  {sentence}" for sentence in sentences)])
-    click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
-    show_warnings(result.warnings)
+    click.echo(f"page in {page}" + (f", printed in {printed}" if printed else "") if page else f"data in {data}")
+    show_warnings([*result.warnings, *([without_page] if without_page else [])])
     failures = _by_reason(result.unanswered | _named(result.unevaluated))
     if result.instability:
         failures.insert(0, f"the machine is not stable: {result.instability}")

@@ -20,9 +20,14 @@ def require_extra(extra: str, purpose: str, *packages: str) -> None:
     ValueError
         If a package is missing; the message gives the command that installs the extra.
     """
+    if lacking := lacking_extra(extra, purpose, *packages):
+        raise ValueError(lacking)
+
+
+def lacking_extra(extra: str, purpose: str, *packages: str) -> str:
+    """Return which of these packages of an extra a purpose lacks, with the command that installs it; "" if none."""
     missing = [name for name in packages if find_spec(name) is None]
-    if missing:
-        raise ValueError(f"{purpose} needs {', '.join(missing)}, not installed: {install_command(extra)}")
+    return f"{purpose} needs {', '.join(missing)}, not installed: {install_command(extra)}" if missing else ""
 
 
 def install_command(extra: str) -> str:

@@ -10,7 +10,7 @@ from amb_assessment.assessment.engine.assess import assess
 from amb_assessment.assessment.format.criteria import unread
 from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.assessment.format.quantities import QUANTITIES
-from amb_assessment.assessment.page.page import write_assessment
+from amb_assessment.assessment.page.page import write_data, write_page
 from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
 from tests.support.messages import assert_names
 
@@ -100,11 +100,11 @@ def test_tables_of_modes_say_how_they_relate_to_the_undamped_speeds(compressor, 
 
 def test_page_and_data_hold_every_verdict(compressor, tmp_path):
     pytest.importorskip("plotly")
-    page = write_assessment(compressor, tmp_path).read_text(encoding="utf-8")
+    page = write_page(compressor, tmp_path).read_text(encoding="utf-8")
     assert "not checked against the standard" in page
     assert page.index(compressor.conclusion) < page.index("<table")
     assert f"Of the {len(compressor.criteria)} criteria, {unread(compressor.criteria)} were written without" in page
-    data = json.loads((tmp_path / "assessment.json").read_text(encoding="utf-8"))
+    data = json.loads(write_data(compressor, tmp_path).read_text(encoding="utf-8"))
     assert list(data["parts"]) == [part.key for part in compressor.parts]
     unjudged = [item.measured for part in compressor.parts for item in part.findings if item.criterion is None]
     assert all(QUANTITIES[item.quantity].title for item in unjudged)

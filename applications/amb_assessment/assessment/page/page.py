@@ -25,13 +25,20 @@ from amb_files.atomic import plain_file, write_file
 PAGE, DATA = "assessment.html", "assessment.json"
 
 
-def write_assessment(assessment: Assessment, folder: Path) -> Path:
-    """Write the data file and the page atomically into a folder, and return the path of the page."""
-    text, data = page(assessment), json.dumps(assessment.as_dict(), indent=1, allow_nan=False) + "\n"
+def write_data(assessment: Assessment, folder: Path) -> Path:
+    """Write the data file atomically into a folder, and return its path."""
+    return _write(folder, DATA, json.dumps(assessment.as_dict(), indent=1, allow_nan=False) + "\n")
+
+
+def write_page(assessment: Assessment, folder: Path) -> Path:
+    """Write the page atomically into a folder, and return its path."""
+    return _write(folder, PAGE, page(assessment))
+
+
+def _write(folder: Path, name: str, text: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
-    write_file(plain_file(folder, DATA), data)
-    write_file(plain_file(folder, PAGE), text)
-    return folder / PAGE
+    write_file(plain_file(folder, name), text)
+    return folder / name
 
 
 def page(assessment: Assessment) -> str:
