@@ -26,7 +26,7 @@ PAGES = [
 ]
 RUNNING = [page for page in PAGES if any(not (block.needs or block.part_of) for block in blocks_of(page))]
 FAST = ("README", "run_any_fmus")
-GATE = ("first_run", "own_scenario")
+GATE = ("first_run",)
 NEEDING = [(page, block) for page in PAGES for block in blocks_of(page) if block.needs]
 
 # Requirements of blocks, and whether they are met; None marks those that a test cannot provide.

@@ -60,6 +60,7 @@ def test_growth_of_the_loop_is_that_of_its_poles_at_rest(unstable: contact_traps
     assert abs(unstable.loop_frequency) == pytest.approx(abs(s.imag), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_stable_loop_is_not_reported() -> None:
     traps = traps_of_few_points({"amb_actuator.force_law": "linear"})
     assert traps.loop_growth < 0.0

@@ -118,7 +118,8 @@ def pump(tmp_path_factory):
 @pytest.fixture(scope="module")
 def expander(tmp_path_factory):
     """The expander with magnets by `new`; its guide is passive."""
-    return new_machine(tmp_path_factory.mktemp("new") / "expander", DRAWING, 15000.0 * RPM)
+    folder = tmp_path_factory.mktemp("new") / "expander"
+    return new_machine(folder, DRAWING, 15000.0 * RPM, sample_time=25e-6)
 
 
 def is_late(made):
