@@ -174,6 +174,7 @@ def test_magnets_amplifiers_and_delay_are_found_in_closed_loop_data(spindle, tmp
         np.testing.assert_allclose(curve.computed, result.after.responses[name].computed, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_mass_of_the_rotor_file_is_fitted_beside_the_magnets(spindle, tmp_path):
     """The controller keeps its gains; the scenario that is written has the fitted rotor."""
     true = {"amb_actuator.*.bandwidth_?": 1200.0, "rolac_controller.delay": 1.0}

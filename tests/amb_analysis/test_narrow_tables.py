@@ -65,6 +65,7 @@ def driven_about_202_rad_s():
     )
 
 
+@pytest.mark.slow
 def test_poles_are_unstable_where_a_seal_drives_whirl_between_two_speeds(driven_about_202_rad_s):
     assert driven_about_202_rad_s.unstable == (202.5,)
     assert driven_about_202_rad_s.least_stable.speed == pytest.approx(202.5, abs=0.05)

@@ -54,7 +54,10 @@ ARGUMENTS = {  # of every study; a study that is not here fails
     "h_matrix": {},
     "recovery": {"steps": "20 g.m", "instants": 1, "alpha": "7 1/s"},
 }
-SLOW = {"convergence", "coupling", "coupling_error", "recovery", "sensitivity", "synchronous_response", "traps"}
+SLOW = {
+    "convergence", "coupling", "coupling_error", "fit", "recovery", "reduction", "sensitivity", "synchronous_response",
+    "traps",
+}  # fmt: skip
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d{1,3}(?:,\d{3})+|\d+)\.?\d*(?:e[-+]?\d+)?")
 NAMES = "|".join(map(re.escape, (*QUANTITIES, "1/min", "\N{MICRO SIGN}m")))
 UNIT = re.compile(rf"(?:\d |\()({NAMES})(?=[,;:.)]|\s(?!s/m|m/|s\))|$)")
@@ -132,10 +135,14 @@ def test_chosen_units_act_on_the_numbers_and_the_figure_of_a_study(name):
         assert "rad/s" not in UNIT.findall(shown(result))
 
 
-def test_chosen_units_act_on_all_numbers_of_an_assessment(runner):
+def test_chosen_units_act_on_all_numbers_of_an_assessment():
     assessment = assess(BLOWER, only=("critical_map", "envelope"))
     check_units(*(text_of_page(assessment, *chosen) for chosen in (BEFORE, AFTER)))
     assert "rpm" in UNIT.findall(text_of_page(assessment))
+
+
+@pytest.mark.slow
+def test_chosen_units_act_on_the_answer_of_an_assessment(runner):
     printed = runner("assess", "turbo_expander", "--no-pdf", "--units", "Hz", "--only", "unbalance").stdout
     assert "Hz" in UNIT.findall(printed)
     assert "rpm" not in UNIT.findall(printed)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from drawn import cut_texts, overlapping_texts, visible_texts
 from falls import CLEARANCE, LANDED, OMEGA, RELEASE, WHIRL, fall
+from slow import slow_but_first
 
 from amb_cosim.comparison.plots import overlays
 from amb_cosim.presentation.style import fitted
@@ -249,7 +250,7 @@ def test_compared_figures_state_positions_in_which_runs_agree(second, position):
         assert not cut_texts(figure)
 
 
-@pytest.mark.parametrize("later", [0.0, 0.002, 0.1, 1.0])
+@pytest.mark.parametrize("later", slow_but_first([0.002, 0.0, 0.1, 1.0]))
 def test_names_of_events_do_not_overlap(synthetic, later):
     """A shock of 0.1 cycles has no room for two names; both are in one label."""
     dataset = synthetic(

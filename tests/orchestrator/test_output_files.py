@@ -4,6 +4,7 @@ import json
 import os
 
 import pytest
+from slow import slow_but_first
 
 from amb_cosim.cosim.run.dataset import load
 from amb_cosim.cosim.run.recording import Outcome
@@ -25,7 +26,7 @@ def test_a_summary_replaces_a_link_to_a_file_and_reaches_a_device_behind_one(run
     assert null.is_char_device()
 
 
-@pytest.mark.parametrize("suffix", ["png", "svg", "csv", "mat"])
+@pytest.mark.parametrize("suffix", slow_but_first(["png", "svg", "csv", "mat"]))
 def test_plot_writes_to_no_target_of_a_link(runner, tmp_path, suffix):
     """Neither that of the file that the user names, nor that of its own name in the folder of the result."""
     assert runner(*SHORT, "-o", "out").exit_code == 0

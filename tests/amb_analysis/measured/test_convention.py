@@ -152,6 +152,7 @@ def test_a_narrow_peak_between_two_measured_lines_has_no_damping():
     assert [mode.is_resolved for mode in fitted_modes([curve])] == [False, False]
 
 
+@pytest.mark.slow
 def test_peaks_of_low_coherence_are_no_modes():
     (curve,) = estimate(record(0.004, 16.0, noise=0.5), [FORCE.name])
     assert [round(mode.frequency) for mode in fitted_modes([curve])] == [300]
