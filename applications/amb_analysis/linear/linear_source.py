@@ -103,14 +103,13 @@ class LinearSource:
 
     def feeds(self, names: Sequence[str]) -> Mapping[str, str]:
         """Return the output that feeds each input, by the input's name, for connections among the named components."""
-        system = self.plan.system
-
-        def among() -> dict[str, str]:
-            links = {link.target: link.source for link in system.connections}
-            return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
-
-        feeds: Mapping[str, str] = self.cached(f"feeds among {sorted(names)}", among)
+        feeds: Mapping[str, str] = self.cached(f"feeds among {sorted(names)}", lambda: self._feeds(names))
         return feeds
+
+    def _feeds(self, names: Sequence[str]) -> dict[str, str]:
+        system = self.plan.system
+        links = {link.target: link.source for link in system.connections}
+        return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
 
     def kind(self, name: str) -> str:
         """Return the name of a component's model, or the path of its FMU."""

@@ -86,7 +86,7 @@ def assess(
     sentences = [*(sentence for _, sentence in result.failures), *_by_reason(_named(undecided))]
     print_parts([result.conclusion, *(f"  {sentence}" for sentence in sentences)])
     click.echo(f"page in {page}" + (f", printed in {printed}" if printed else "") if page else f"data in {data}")
-    show_warnings([*result.warnings, *([without_page] if without_page else [])])
+    show_warnings(filter(None, [*result.warnings, without_page]))
     failures = _by_reason(result.unanswered | _named(result.unevaluated))
     if result.instability:
         failures.insert(0, f"the machine is not stable: {result.instability}")
