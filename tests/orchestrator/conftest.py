@@ -14,6 +14,7 @@ from matplotlib.image import imread
 
 from amb_cosim.commands.cli import main
 from amb_cosim.presentation.progress import STARTING
+from amb_cosim.results.loop_stability import LoopStability
 from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.stored_attributes import UNITS
 
@@ -34,7 +35,7 @@ def make_run(end: float = 20, **attributes) -> xr.Dataset:
     """Return a run whose key values are known.
 
     Orbits of 0.1 and 0.2 mm, 0.5 and 0.6 mm from the step at cycle 5 to its removal at 10, 0.3 and 0.4 mm after.
-    Contact: RB1 in cycles 6 to 7, both in 7 to 7.5, RB2 in 11 to 12.
+    Contact: RB1 in cycles 6 to 7, both in 7 to 7.5, RB2 in 11 to 12. The loop is stable.
     """
     k = np.arange(round(end * SAMPLES) + 1)
     cycle = k / SAMPLES
@@ -85,6 +86,7 @@ def make_run(end: float = 20, **attributes) -> xr.Dataset:
             "disturbance_label": "step",
             "relief_label": "removal",
             "parameters": json.dumps({"rotor_contact": sites}),
+            "loop_stability": LoopStability(0.99, -100.0, 200.0).to_json(),
             **attributes,
         },
     )

@@ -10,7 +10,6 @@ import pytest
 from drawn import cut_texts, overlapping_texts, titles
 from matplotlib.collections import LineCollection
 
-from amb_analysis.linear.stability import LoopStability
 from amb_analysis.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
 from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles, LeastDamped, PoleOverSpeed
 from amb_analysis.studies.coefficient_limits import limits_of
@@ -20,6 +19,7 @@ from amb_analysis.studies.unbalance_records import CriticalResponse, PlaceRespon
 from amb_cosim import studies
 from amb_cosim.presentation.style import StyledFigure
 from amb_cosim.presentation.units import units
+from amb_cosim.results.loop_stability import LoopStability
 from rotor_analysis.parts import AtSpeed, Bearing
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names

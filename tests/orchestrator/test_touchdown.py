@@ -217,6 +217,19 @@ def test_the_rotor_rests_when_its_whirl_has_ended(fall_summary):
     assert fall_summary.slow_after == pytest.approx(0.99 * 2.0, abs=2 * H)
 
 
+def test_a_pendulum_does_not_rest_where_it_turns():
+    """It swings by 0.1 rad with T = 2 pi sqrt(c/g) = 55 ms for ever; a tenth of the time is as short as 5 ms."""
+    period = 2.0 * np.pi * np.sqrt(CLEARANCE / 9.81)
+    words = set()
+    for end in np.linspace(LANDED + 0.02, LANDED + 1.0, 24):
+        dataset = fall()
+        t = dataset["time"].values
+        angle = 1.25 * np.pi + 0.1 * np.cos(2.0 * np.pi * (t - RELEASE) / period)
+        moved = {f"mb{k}.{axis}": CLEARANCE * of(angle) for k in (1, 2) for axis, of in (("x", np.cos), ("y", np.sin))}
+        words.add(touchdown(fall(**moved).isel(time=t <= end)).rest_after)
+    assert words == {None}
+
+
 def test_a_rotor_that_moves_at_the_end_is_not_at_rest():
     dataset = fall()
     moving = 0.2 * CLEARANCE * np.sin(40.0 * dataset["time"].values)

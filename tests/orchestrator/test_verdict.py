@@ -9,7 +9,8 @@ from rich.console import Console
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from amb_cosim.presentation.units import units
-from amb_cosim.results.growth import grows
+from amb_cosim.results.growth import growing_part
+from amb_cosim.results.loop_stability import LoopStability
 from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import print_summary
@@ -79,7 +80,7 @@ CASES = {
     "landed": (lambda run: without_power(run(16)), "no magnet has power, and the rotor is still moving on RB2"),
     "levitated": (lambda run: free_of_contact(run()), "the rotor does not touch after the step"),
     "rolled": (lambda run: rolling(run()), "the rotor rolls on RB1 (backward whirl, 15000 rpm) at the end"),
-    "unstable": (lambda run: growing(free_of_contact(run())), "its orbit grows, or its amplifiers stay"),
+    "unstable": (lambda run: growing(free_of_contact(run())), "its orbit grows: a part of its motion grows by 10 1/s"),
     "failed": (lambda run: with_outcome(run(), "failed", 0.31, "west", "no bits"), "west at t = 0.31 s: no bits"),
     "interrupted": (lambda run: with_outcome(run(), "interrupted", 0.31), "by the user at t = 0.31 s"),
 }
@@ -110,10 +111,59 @@ def test_verdict_on_a_loss_of_power_depends_on_axes_contact_and_time(synthetic):
         late[name] = ("time", late["cycle"].values >= 13.0)
     never_touching = without_power(free_of_contact(synthetic()))
     magnetless = synthetic(places=RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2")).to_json())
-    words = {"unstable": [one_axis], "recovered": [late], "rolled": [rolling(without_power(synthetic()))]}
+    words = {"unstable": [one_axis], "undecided": [late], "rolled": [rolling(without_power(synthetic()))]}
     words["free"] = [never_touching.copy(), growing(never_touching), free_of_contact(magnetless)]
     for word, runs in words.items():
         assert [summarise(run).verdict.word for run in runs] == [word] * len(runs)
+
+
+def widening(dataset, radius, **attributes):
+    """An orbit at the first bearing with a radius (m) over the cycle, free of contact and without a relief."""
+    dataset = free_of_contact(dataset).assign_attrs(relief_cycle=5.0, **attributes)
+    z = radius(dataset["cycle"].values) * np.exp(2j * np.pi * dataset["cycle"].values)
+    for axis, values in (("x", z.real), ("y", z.imag)):
+        dataset[f"rotor_contact.mb1.{axis}"] = ("time", values)
+        dataset[f"rotor_contact.mb2.{axis}"] = ("time", 0.0 * values)
+    return dataset
+
+
+@pytest.mark.parametrize(
+    ("radius", "word"),
+    [
+        (lambda cycle: 1.2e-3 * (1.0 - np.exp(-cycle / 30.0)), "undecided"),  # 0.5 mm of 0.75 mm, on its way to 1.2 mm
+        (lambda cycle: 0.7e-3 * (1.0 - np.exp(-cycle / 8.0)), "levitated"),  # on its way to 0.7 mm
+        (lambda cycle: np.full(len(cycle), 0.7e-3), "levitated"),
+        (lambda cycle: 0.7e-3 * np.exp(-cycle / 30.0), "levitated"),
+        (lambda cycle: 0.05e-3 * (1.0 + 0.05 * cycle), "levitated"),  # below a fifth of the clearance
+    ],
+)
+def test_an_orbit_on_its_way_to_the_clearance_is_undecided(synthetic, word, radius):
+    """A stable loop whose slowest vibration decays by 0.5 1/s, in 0.3 s after the step."""
+    slow = LoopStability(0.9999, -0.5, 200.0).to_json()
+    summary = summarise(widening(synthetic(), radius, loop_stability=slow))
+    assert summary.verdict.word == word
+    if word == "undecided":
+        assert summary.recovered is False
+        assert_names(summary.verdict.sentence, "too short to decide", "RB1", "widens")
+
+
+def test_a_loop_that_is_not_known_is_judged_by_its_motion(synthetic, without):
+    """Four cycles after the step are too few; for fifteen the verdict states the growth that they may hide: 1/0.3 s."""
+    for end, word, facts in ((9, "undecided", ("too short to decide", "4 cycles")), (20, "levitated", ("3.3 1/s",))):
+        dataset = free_of_contact(synthetic(end)).assign_attrs(relief_cycle=5.0)
+        assert summarise(dataset).verdict.word == "levitated"
+        verdict = summarise(without(dataset, "loop_stability")).verdict
+        assert verdict.word == word
+        assert_names(verdict.sentence, *facts)
+
+
+def test_a_rotor_that_bounces_slowly_has_not_recovered_between_two_bounces(synthetic):
+    """Contacts in cycles 6.5 and 11.5 make a flight of five; 5.5 cycles later it may still be in the next one."""
+    dataset = touching(free_of_contact(synthetic(17)).assign_attrs(relief_cycle=5.0), "rb2", (11.4, 11.5))
+    assert summarise(dataset).verdict.word == "recovered"
+    verdict = summarise(touching(dataset, "rb2", (6.4, 6.5))).verdict
+    assert verdict.word == "undecided"
+    assert_names(verdict.sentence, "recovered after 9.82 cycles")
 
 
 def vibrating(dataset, frequency, decay=0.0, limited=lambda cycle: cycle % 1.0 < 0.1, **chain):
@@ -283,7 +333,7 @@ def test_growth_is_judged_with_one_blas_thread(monkeypatch):
 
     monkeypatch.setattr(np.linalg, "lstsq", lstsq)
     with threadpool_limits(2, user_api="blas"):
-        assert grows(np.exp(0.1 * np.arange(60.0))[:, None], 1e-6)
+        assert growing_part(np.exp(0.1 * np.arange(60.0))[:, None], 1e-6)
         after = {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
     assert set(seen) == {1}
     assert after == {2}

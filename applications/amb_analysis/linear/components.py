@@ -15,8 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import matrix_balance
-from scipy.signal import cont2discrete
+from scipy.linalg import expm, matrix_balance
 
 from amb_cosim.controllers.laws import Law, side_by_side
 from array_types import Array, Complex
@@ -205,8 +204,10 @@ def held(A: NDArray[Any], B: NDArray[Any], time: float, late: Array) -> tuple[ND
 def zoh(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return Phi and Gamma of x(t + time) = Phi x(t) + Gamma u, with inputs u that are held for `time` (s)."""
     n, m = B.shape
-    Phi, Gamma, *_ = cont2discrete((A, B, np.zeros((0, n)), np.zeros((0, m))), time)
-    return Phi, Gamma
+    held_inputs = np.zeros((n + m, n + m), np.result_type(A, B))
+    held_inputs[:n] = np.hstack([A, B]) * time
+    exponential = expm(held_inputs)
+    return exponential[:n, :n], exponential[:n, n:]
 
 
 def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[LinearComponent, dict[str, str]]:
@@ -219,6 +220,22 @@ def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[Line
     B, D = np.vstack([law.B, law.D[rows]]), np.vstack([law.D, np.zeros((p, law.D.shape[1]))])
     outputs = (*part.outputs, *later.values())
     return LinearComponent(Law(A, B, C, D, law.sample_time), part.inputs, outputs, part.late, part.notes), later
+
+
+def in_order(
+    parts: Sequence[LinearComponent], feeds: Mapping[str, str], names: Sequence[str]
+) -> tuple[list[LinearComponent], dict[str, str]]:
+    """Return parts and feeds, with a delay of one step wherever an `at_end` part feeds itself or an earlier part."""
+    place = {name: k for k, name in enumerate(names)}
+    result, changed = list(parts), dict(feeds)
+    for k, part in enumerate(parts):
+        if not part.at_end:
+            continue
+        back = [(t, s) for t, s in feeds.items() if s in part.outputs and place[t.partition(".")[0]] <= k]
+        if back:
+            result[k], later = delayed_by_a_step(part, [s for _, s in back])
+            changed |= {target: later[source] for target, source in back}
+    return result, changed
 
 
 def loop_of(

@@ -7,7 +7,7 @@ from functools import partial
 from os import PathLike
 from pathlib import Path
 
-from amb_analysis.linear.components import LinearComponent, delayed_by_a_step, loop_of
+from amb_analysis.linear.components import LinearComponent, in_order, loop_of
 from amb_analysis.linear.linear_source import LinearSource, linear_source
 from amb_analysis.linear.model import LinearModel, linear_model
 from amb_cosim.cosim.choices import Flavour
@@ -111,22 +111,6 @@ def model_of(
     model = linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **source.point})
     model.warnings = source.plan.warnings
     return model
-
-
-def in_order(
-    parts: Sequence[LinearComponent], feeds: Mapping[str, str], names: Sequence[str]
-) -> tuple[list[LinearComponent], dict[str, str]]:
-    """Return parts and feeds, with a delay of one step wherever an `at_end` part feeds itself or an earlier part."""
-    place = {name: k for k, name in enumerate(names)}
-    result, changed = list(parts), dict(feeds)
-    for k, part in enumerate(parts):
-        if not part.at_end:
-            continue
-        back = [(t, s) for t, s in feeds.items() if s in part.outputs and place[t.partition(".")[0]] <= k]
-        if back:
-            result[k], later = delayed_by_a_step(part, [s for _, s in back])
-            changed |= {target: later[source] for target, source in back}
-    return result, changed
 
 
 def _matching(

@@ -15,6 +15,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,16 +23,18 @@ from numpy.typing import NDArray
 from amb_actuator.interface import axes_of
 from amb_analysis.linear.aliasing import continuous_poles, logarithms
 from amb_analysis.linear.axial_loop import AxialControl
-from amb_analysis.linear.components import without_idle_states
+from amb_analysis.linear.components import in_order, loop_of, without_idle_states
 from amb_analysis.linear.linear_source import LinearSource
-from amb_analysis.linear.linearise import model_of
-from amb_analysis.linear.model import LinearModel
-from amb_analysis.linear.stability import DRIFT, LoopStability, deciding_pole, stability_of
+from amb_analysis.linear.stability import DRIFT, deciding_pole, stability_of
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.results.loop_stability import LoopStability
 from amb_cosim.scenario.control_loop import exciting_components
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
+
+if TYPE_CHECKING:
+    from amb_analysis.linear.model import LinearModel  # imports python-control, which takes as long as a short run
 
 CLOSE = 1e-5  # relative error of the largest growth rate
 AT_REST = 1e-12  # displacement in an eigenvector of length 1 up to which the rotor is at rest in it, as in a filter's
@@ -165,12 +168,14 @@ class Loop:
         names = [f"{bearing}.{axis}" for bearing in bearings for axis in "xy"]
         thrust = self.linear_components.layout(PLANT).get("thrust", "")
         displacements = [f"{PLANT}.{name}" for name in (*names, *([f"{thrust}.z"] if thrust else []))]
-        model = model_of(self.linear_components.at(Omega), self.demands[:1], displacements, self.components)
-        z, vectors = np.linalg.eig(model.A)
-        moved = np.asarray(model.C @ vectors, dtype=np.complex128)
+        source = self.linear_components.at(Omega)
+        parts, feeds = in_order(source.parts(self.components), source.feeds(self.components), self.components)
+        law = loop_of(parts, feeds).selected(self.demands[:1], displacements).law
+        z, vectors = np.linalg.eig(law.A)
+        moved = np.asarray(law.C @ vectors, dtype=np.complex128)
         shapes, along = moved[: len(names)], moved[-1] if thrust else None
-        stability, number = deciding_pole(model.A, z.astype(np.complex128), model.dt)
-        s = self._continuous(Omega, z.astype(np.complex128), vectors, model.dt)
+        stability, number = deciding_pole(law.A, z.astype(np.complex128), self.sample_time)
+        s = self._continuous(Omega, z.astype(np.complex128), vectors, self.sample_time)
         omega = float(abs(s[number].imag))
         frequency = omega if omega > DRIFT * abs(stability.growth_rate) else 0.0
         is_axial = _is_axial(shapes, along)[number]
@@ -247,6 +252,8 @@ class Loop:
     @cached_property
     def closed(self) -> LinearModel:
         """The closed loop, from signals injected at the demands and readings to the resulting demands and readings."""
+        from amb_analysis.linear.linearise import model_of
+
         ends = (*self.demands, *self.readings)
         return model_of(self.linear_components, ends, ends, self.components)
 
@@ -258,6 +265,8 @@ class Loop:
         ValueError
             If the closed loop is unstable; the sensitivity of an unstable loop cannot be measured.
         """
+        from amb_analysis.linear.linearise import model_of
+
         model = model_of(self.linear_components, self.demands, self.demands, self.components)
         check_stable(model)
         return model

@@ -30,80 +30,17 @@ poles are counted, and the largest of the other poles determines stability.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 from scipy.linalg import eig, matrix_balance
 
-from amb_cosim.presentation.units import frequency_unit
+from amb_cosim.results.loop_stability import LoopStability
 from array_types import Array, Complex
 
 NEAR = 1e-5  # distance from the unit circle within which rounding is examined
 OVERDAMPED = 0.995  # damping ratio from which a pole is not a vibration
 ROUNDING = 1e4  # error of the matrix over its norm and the precision: of matrix exponentials and condensed stiffnesses
 DRIFT = 0.1  # |omega/sigma| up to which a pole is a drift, not a vibration
-LARGEST = 1e3  # logarithmic decrement that stands for motion that hardly vibrates
-
-
-@dataclass(frozen=True)
-class LoopStability:
-    """The pole that determines stability: the pole of largest modulus, ignoring poles on the unit circle.
-
-    radius
-        Its modulus |z|, the spectral radius of the loop.
-    growth_rate
-        sigma = ln|z|/T; negative if the motion decays.
-    frequency
-        Frequency |omega| of its vibration; 0 for a drift.
-    speed
-        Spin speed.
-    place
-        Bearing at which the rotor moves most; "" if unknown. The axis is included if the motion along it is more than
-        twice the motion along the other axis.
-    on_circle
-        Number of poles that lie on the unit circle except for rounding.
-    """
-
-    radius: float
-    growth_rate: Annotated[float, "1/s"]
-    frequency: Annotated[float, "rad/s"]
-    speed: Annotated[float, "rad/s"] = 0.0
-    place: str = ""
-    on_circle: int = 0
-
-    @property
-    def is_stable(self) -> bool:
-        """Whether no motion of the loop grows."""
-        return self.radius <= 1.0
-
-    @property
-    def is_drift(self) -> bool:
-        """Whether the motion of the pole is a drift without vibration."""
-        return self.frequency == 0.0
-
-    @property
-    def decrement(self) -> float:
-        """Logarithmic decrement -2 pi sigma/omega, from -`LARGEST` (a growing drift) to `LARGEST`."""
-        if self.is_drift:
-            return math.copysign(LARGEST, -self.growth_rate)
-        return float(np.clip(-2.0 * math.pi * self.growth_rate / self.frequency, -LARGEST, LARGEST))
-
-    @property
-    def motion(self) -> str:
-        """The kind of motion, the place where it is largest, and its rate of growth or decay, in words."""
-        vibration = f"a vibration of {frequency_unit().text(self.frequency, 5)}"
-        kind = "a drift without vibration" if self.is_drift else vibration
-        place = f", largest at {self.place}," if self.place else ""
-        return f"{kind}{place} {'decays' if self.is_stable else 'grows'} by {abs(self.growth_rate):.3g} 1/s"
-
-    @property
-    def note(self) -> str:
-        """A note on poles on the unit circle; empty if there are none."""
-        if not self.on_circle:
-            return ""
-        count = "1 pole is" if self.on_circle == 1 else f"{self.on_circle} poles are"
-        return f"{count} on the unit circle within rounding errors, due to free motion or integrators outside the loop"
 
 
 def stability_of(A: Array, sample_time: float) -> LoopStability:

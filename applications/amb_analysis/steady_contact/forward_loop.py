@@ -29,12 +29,12 @@ from amb_analysis.linear.components import (
     connected,
     harmonic_response,
     held,
+    in_order,
     loop_of,
     within,
     without_idle_states,
 )
 from amb_analysis.linear.linear_source import LinearSource
-from amb_analysis.linear.linearise import in_order
 from amb_analysis.linear.rotor_and_magnets import rotor_component
 from amb_cosim.controllers.laws import Law
 from amb_cosim.results.component_names import ACTUATOR, PLANT

@@ -12,7 +12,6 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from amb_analysis.linear.loop import CLOSE, Loop
-from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, speed_range
@@ -32,6 +31,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import frequency_unit, speed_unit
+from amb_cosim.results.loop_stability import LoopStability
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_files.checks import require
 from array_types import Array

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from amb_analysis.linear.loop import CLOSE, Loop
-from amb_analysis.linear.stability import OVERDAMPED, LoopStability
+from amb_analysis.linear.stability import OVERDAMPED
 from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.units import frequency_unit
+from amb_cosim.results.loop_stability import LoopStability
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 

@@ -15,12 +15,13 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import largest, peak_force, touches
 from amb_cosim.results.places import places
 from amb_cosim.results.power import power_lost_at
-from amb_cosim.results.signal_arrays import at_every_step, cycles, signal, speed, turns
-from amb_cosim.results.stability import is_unstable, last_change
+from amb_cosim.results.signal_arrays import at_every_step, cycles, signal, speed, speed_changes, turns
+from amb_cosim.results.stability import SOURCES, instability, last_change, too_short
 from amb_cosim.results.stators import stator_touches
 from array_types import Bools
 
-RECOVERY_CYCLES = 5.0
+RECOVERY_CYCLES = 5.0  # without contact, at least
+FLIGHTS = 2.0  # longest flights between contacts, which this must be, too
 TRAPPED_TURNS = 10.0  # from the last change to the end; most recoveries of the packs take less
 ON_THE_GRID = 0.05  # turns by which this may be missed, since changes and ends are rounded to communication steps
 STANDING = 1e-3  # share of the first speed below which the rotor makes no more turns
@@ -108,17 +109,20 @@ def recovery(dataset: Signals) -> Recovery | None:
     """Return the outcome; None if the run ends without contact and had no disturbance, or contact was not recorded.
 
     `stator` means that the rotor has touched the stator of a magnetic bearing at any time. `unstable` means that it
-    diverges without contact although magnets are energised (see `stability`). If neither applies and the rotor has not
-    `recovered`, it has `rolled` if it is rolling at the end and has whirled through a turn since it began to roll, with
-    or without power. Otherwise, it has `landed` on its retainers if its magnets have no power at the end, even if it
-    bounces or floats between them. A rotor with energised magnets is `trapped` if contact outlasts its excitation:
+    or its loop diverges without contact although magnets are energised (see `stability`). If neither applies and the
+    rotor has not `recovered`, it has `rolled` if it is rolling at the end and has whirled through a turn since it began
+    to roll, with or without power. Otherwise, it has `landed` on its retainers if its magnets have no power at the end,
+    even if it bounces or floats between them. A rotor with energised magnets is `trapped` if contact outlasts what
+    excites it:
 
         C > E - 1 cycle,    N(E) - N(L) >= 10 turns
 
     C is the cycle of the last contact, E the end of the run, N the number of turns, and L the last event or speed
-    point, or cycle 0 if that is later. Any other outcome is `undecided`, because the run ends too early. These outcomes
-    apply with or without a disturbance. In the remaining cases, `prevented` means that there was no contact after the
-    disturbance, and `recovered` means that contact has ended.
+    point, or cycle 0 if that is later. Any other outcome is `undecided`, because the run ends too early. It is
+    `undecided` also if the magnets have lost their power after the last contact, or if the run is too short to show
+    whether the rotor stays free (see `stability.too_short`). These outcomes apply with or without a disturbance. In the
+    remaining cases, `prevented` means that there was no contact after the disturbance, and `recovered` means that
+    contact has ended.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
@@ -128,12 +132,14 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
     if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
         return None, None
     disturbance, power_lost = dataset.attrs.get("disturbance_cycle"), power_lost_at(dataset)
-    free = last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
+    free = last is None or bool(cycles(dataset)[-1] - last >= recovery_cycles(dataset))
     if stator_touches(dataset):
         return free, "stator"
-    if power_lost is None and is_unstable(dataset, last):
+    if free and power_lost is None and instability(dataset, last):
         return False, "unstable"
-    free = free and (last is None or power_lost is None or last < power_lost)
+    if falls_from(dataset, last) is not None or (free and power_lost is None and too_short(dataset, last)):
+        return False, "undecided"
+    free = free and (last is None or power_lost is None)
     if not free and rolls_at_the_end(dataset):
         return free, "rolled"
     if not free and power_lost is None:
@@ -144,6 +150,35 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
     if disturbance is None:
         return free, None
     return free, "prevented" if last is None or last <= disturbance else "recovered"
+
+
+def recovery_cycles(dataset: Signals) -> float:
+    """Return the cycles without contact after which a rotor has recovered.
+
+    These are `RECOVERY_CYCLES`, or `FLIGHTS` times the longest flight between two contacts since the last change: a
+    rotor that turns fast and bounces slowly flies for many turns. Flights do not count if the speed changes or a
+    component excites the rotor from outside its loop, since contacts then have other causes.
+    """
+    steps = at_every_step(dataset)
+    touching = in_contact(steps)
+    if touching is None or speed_changes(dataset) or SOURCES in dataset.attrs:
+        return RECOVERY_CYCLES
+    when = cycles(steps)[touching & (cycles(steps) >= last_change(dataset))]
+    return max(RECOVERY_CYCLES, FLIGHTS * float(np.diff(when).max(initial=0.0)))
+
+
+def is_supported(dataset: Signals) -> bool:
+    """Return whether magnets with power support the rotor at the end, free of contact as a recovery requires."""
+    if signal(dataset, "contact_state") is None or not len(cycles(dataset)) or not places(dataset).magnetic:
+        return False
+    last = contact_cycles(dataset)[1]
+    return power_lost_at(dataset) is None and (last is None or cycles(dataset)[-1] - last >= recovery_cycles(dataset))
+
+
+def falls_from(dataset: Signals, last: float | None) -> float | None:
+    """Return the cycle since which no magnet has power, if the rotor touched before but not since."""
+    power_lost = power_lost_at(dataset)
+    return power_lost if last is not None and power_lost is not None and last < power_lost else None
 
 
 def touches_at_the_end(dataset: Signals, last: float) -> bool:

@@ -31,6 +31,11 @@ DOUBLED = 8.0 / 3.0  # exponent of (2)
 STEEPEST = 0.5 * math.pi  # rad
 
 
+def pendulum_period(clearance: float, gravity: float) -> float:
+    """Return the period (s) of small swings in a retainer by (3), given its clearance (m) and gravity (m/s^2)."""
+    return 2.0 * math.pi * math.sqrt(clearance / abs(gravity))
+
+
 def steady_swing(times: Array, z: Complex, clearance: float, gravity: float) -> float | None:
     """Return the largest swing (rad) by (1) in the last quarter of the time; None if the motion is not steady rocking.
 
@@ -44,7 +49,7 @@ def steady_swing(times: Array, z: Complex, clearance: float, gravity: float) -> 
         Clearance of the retainer (m), and gravity across the shaft (m/s^2).
     """
     end = float(times[-1])
-    if not gravity or 0.25 * end < SWINGS * 2.0 * math.pi * math.sqrt(clearance / abs(gravity)):
+    if not gravity or 0.25 * end < SWINGS * pendulum_period(clearance, gravity):
         return None
     last, before = times >= 0.75 * end, (times >= 0.25 * end) & (times < 0.75 * end)
     swing = np.abs(np.angle(z * np.conj(z[last].mean())))

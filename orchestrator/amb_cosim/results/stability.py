@@ -1,8 +1,14 @@
-"""Whether a levitated rotor diverges: its orbit grows, or current limits bound a self-excited vibration.
+"""Whether a levitated rotor diverges at the end of a run, and why.
 
-Only the end of a run is judged: the time since the last change, the last contact or cycle 0, whichever is latest. This
-time must be at least `MIN_CYCLES`. Growth is judged only while all excitation from outside the rotor's loop is steady
-(`_last_change_outside`).
+The loop of the machine is unstable if one of its poles grows. If all components of the loop have linear models, its
+poles at the end of the run are known (`results.loop_stability`), and neither the length of the run, nor its excitation,
+nor its record matters. An unstable loop need not show in the motion: a mode that nothing excites stays at rest.
+
+The motion itself shows what the poles do not: growth at large amplitudes, where magnets are not linear, amplifiers that
+stay at their limits, and a self-excited vibration that limits confine. It is all there is if a component has no
+linear model. Only the end of the run is judged: the time since the last change, the last contact or cycle 0, whichever
+is latest. This time must contain `MIN_CYCLES` turns, or as many periods of the vibration that grows. Growth is judged
+only while all excitation from outside the rotor's loop is steady (`_last_change_outside`).
 """
 
 from __future__ import annotations
@@ -13,9 +19,13 @@ import numpy as np
 
 from amb_cosim.cosim.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals, variables_of
+from amb_cosim.presentation.descriptions import name_label
+from amb_cosim.presentation.units import length_unit, speed_unit
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, LIMITED, PLANT
 from amb_cosim.results.free_vibration import free_vibration
-from amb_cosim.results.growth import FEWEST, GROWTH, grows
+from amb_cosim.results.growth import FEWEST, Growth, growing_part
+from amb_cosim.results.loop_stability import LoopStability, known_loop
+from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.signal_arrays import cycles, displacements, parameters, signal, speed, speed_changes, turns
 from array_types import Array, Bools
@@ -24,6 +34,10 @@ LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event 
 SOURCES = "sources"  # attribute of a data set: components that excite the rotor from outside its loop, if any
 EXCITATIONS = "excitations"  # attribute of a data set: the signals by which they do
 MIN_CYCLES = 5.0
+WIDENING = 0.02  # share by which the radius of an orbit that widens is larger in the last third of the time
+WIDE = 0.2  # of the clearance; an orbit that widens below it may still settle
+PER_TURN = 8.0  # samples from which motion at other angles of the shaft is interpolated
+GROWTH = 1.5  # of a mean square from the first to the last third of the time
 ROUNDING = 1e-9  # cycles by which rounding may move a change at the last sample behind it
 QUIET = 1.0  # cycles that a signal from outside is constant before it begins and after it ends
 NOTICEABLE = 1e-4  # of the smallest clearance; smaller motion counts as rest
@@ -35,18 +49,102 @@ RIG = 1.0  # value of `chain.preset` with all effects
 _TESTING = f"{CONTROLLER}.identification_progress"
 
 
-def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
-    """Return whether the rotor diverges at the end of a run; `last_contact` is a cycle, or None."""
+def instability(dataset: Signals, last_contact: float | None = None) -> str:
+    """Return why the rotor diverges at the end of a run, as a clause; empty if nothing shows that it does.
+
+    Parameters
+    ----------
+    last_contact
+        Cycle of the last contact, or None.
+    """
+    loop = known_loop(dataset)
+    if loop is not None and not loop.is_stable:
+        return f"its loop is unstable at {speed_unit().text(loop.speed)}: {loop.motion}"
     cycle = cycles(dataset)
-    end = float(cycle.max(initial=0.0))
-    begin = max(last_contact or 0.0, last_change(dataset))
-    if end - begin < MIN_CYCLES:
-        return False
-    since = _since(cycle, begin)
-    last = _since(cycle, end - MIN_CYCLES)
+    end, begin = float(cycle.max(initial=0.0)), _begin(dataset, last_contact)
     undisturbed = max(begin, _last_change_outside(dataset))
-    may_grow = end - undisturbed >= MIN_CYCLES and orbit_grows(dataset, _since(cycle, undisturbed))
-    return may_grow or is_limited(dataset, last) or is_self_excited(dataset, since)
+    growth = orbit_growth(dataset, _since(cycle, undisturbed))
+    if growth is not None and max(end - undisturbed, growth.periods or 0.0) >= MIN_CYCLES:
+        return f"its orbit grows: {_growth_text(dataset, growth, undisturbed)}"
+    if end - begin < MIN_CYCLES:
+        return ""
+    if is_limited(dataset, _since(cycle, end - MIN_CYCLES)):
+        return (
+            f"an amplifier is at its limits in more than {100.0 * LIMITED_SHARE:g} % of the last {MIN_CYCLES:g} cycles"
+        )
+    if is_self_excited(dataset, _since(cycle, begin)):
+        return "a vibration that the rotation does not force lasts, confined by the limits of the amplifiers"
+    return ""
+
+
+def too_short(dataset: Signals, last_contact: float | None = None) -> str:
+    """Return why a run without contact is too short to show whether it stays free, as a clause; empty if it is not.
+
+    If the loop is not known, its motion must last `MIN_CYCLES`. If the loop is stable, the orbit must not widen towards
+    a clearance. With the largest radii P_1, P_2 and P_3 of the thirds of the time T since the last change, and the
+    slowest decay sigma of the loop, it widens if P_1 < P_2 < P_3, up to
+
+        P_3 + (P_3 - P_2) q/(1 - q),  q = (P_3 - P_2)/(P_2 - P_1) < 1;      P_3 coth(-sigma T/2)          (1)
+
+    whichever is less. The first is the limit of a geometric series, the second that of a steady orbit and a transient
+    that together start from rest. Orbits below `WIDE` of the clearance count only within `MIN_CYCLES` of an event.
+    """
+    cycle, begin, loop = cycles(dataset), _begin(dataset, last_contact), known_loop(dataset)
+    if not places(dataset).magnetic or not len(cycle):
+        return ""
+    if loop is None:
+        lasts, period = float(cycle[-1]) - begin, float(dataset.attrs["period_s"])
+        less = (
+            f"it ends {lasts * period:.3g} s ({lasts:.3g} cycles) after the last change, and {MIN_CYCLES:g} are needed"
+        )
+        return less if 0.0 < lasts < MIN_CYCLES - ROUNDING else ""
+    within = _since(cycle, begin)
+    if SOURCES in dataset.attrs or speed_changes(dataset) or within.stop - within.start < FEWEST:
+        return ""
+    time, values = np.asarray(dataset["time"].values)[within], parameters(dataset)
+    is_recent = begin > 0.0 and cycle[-1] - begin < MIN_CYCLES
+    decay = max(-loop.growth_rate * float(time[-1] - time[0]), np.finfo(float).tiny)
+    for site in places(dataset).sites:
+        r, clearance = radius(dataset, site), values.get(f"{site}.clearance")
+        if r is None or not clearance or not values.get(f"{site}.enabled", True):
+            continue
+        widest, largest = _widens_to(r[within], decay), float(r[within].max())
+        if widest is not None and widest >= clearance and (is_recent or largest > WIDE * clearance):
+            reached = length_unit(clearance).text(largest, 3)
+            return f"the orbit at {name_label(site)} still widens when the run ends, at {reached}"
+    return ""
+
+
+def judged_time(dataset: Signals, last_contact: float | None = None) -> float:
+    """Return the time (s) at the end of a run in which growth would have shown; see `instability`."""
+    begin = max(_begin(dataset, last_contact), _last_change_outside(dataset))
+    return (float(cycles(dataset)[-1]) - begin) * float(dataset.attrs["period_s"])
+
+
+def _widens_to(radii: Array, decay: float) -> float | None:
+    """Return the radius (m) by (1) up to which an orbit widens, given its radii and -sigma T; None if it does not."""
+    first, second, third = (float(part.max()) for part in np.array_split(radii, 3))
+    if not first < second < third * (1.0 - WIDENING):
+        return None
+    q = (third - second) / (second - first)
+    series = third + (third - second) * q / (1.0 - q) if q < 1.0 else np.inf
+    return min(series, third / np.tanh(0.5 * decay))
+
+
+def _begin(dataset: Signals, last_contact: float | None) -> float:
+    """Return the cycle of the last change, the last contact or cycle 0, whichever is latest."""
+    return max(last_contact or 0.0, last_change(dataset))
+
+
+def _growth_text(dataset: Signals, growth: Growth, since: float) -> str:
+    """Return the vibration and its growth since a cycle, in words."""
+    cycle = cycles(dataset)
+    time = np.asarray(dataset["time"].values)[_since(cycle, since)]
+    lasts = float(time[-1] - time[0])
+    rate = growth.growth / lasts
+    if growth.periods is None:
+        return f"a part of its motion grows by {rate:.3g} 1/s"
+    return LoopStability(2.0, rate, 2.0 * np.pi * growth.periods / lasts).motion
 
 
 def last_change(dataset: Signals) -> float:
@@ -61,14 +159,15 @@ def _since(cycle: Array, begin: float) -> slice:
     return slice(int(np.searchsorted(cycle, begin, "right")), len(cycle))
 
 
-def orbit_grows(dataset: Signals, within: slice) -> bool:
-    """Return whether a part of the motion at the bearings grows exponentially, as modes of an unstable loop do.
+def orbit_growth(dataset: Signals, within: slice) -> Growth | None:
+    """Return the growth of the part of the motion at the bearings that evidently grows; None if no part does.
 
     Steady orbits, drifts along a straight line, and orbits that approach another orbit do not grow (see
     `results.growth`). Samples are taken at equal angles of the shaft, so that a synchronous orbit appears steady while
-    the speed varies by up to 1 %. The result is false if the speed changes by more than this, or if an excitation from
-    outside the loop is not steady. A slow sine sweep can be fitted by growing parts that cancel one another. If a
-    component excites the rotor from outside its loop, the result is therefore true only if the motion as a whole grows.
+    the speed varies by up to 1 %. The result is None if the speed changes by more than this, if a record of a changing
+    speed has fewer than `PER_TURN` samples a turn, between which angles cannot be interpolated, or if an excitation
+    from outside the loop is not steady. A slow sine sweep can be fitted by growing parts that cancel one another. If a
+    component excites the rotor from outside its loop, the motion as a whole must therefore grow.
 
     Parameters
     ----------
@@ -77,17 +176,19 @@ def orbit_grows(dataset: Signals, within: slice) -> bool:
     """
     motion = _steadily_forced(dataset, within)
     if motion is None:
-        return False
+        return None
     Omega = _varying_speed(dataset)
     if Omega is not None and np.ptp(Omega[within]) > 0.0:
+        if np.ptp(np.abs(turns(dataset)[within])) * PER_TURN > len(motion):
+            return None
         motion = _at_equal_angles(np.asarray(dataset["time"].values)[within], np.asarray(Omega)[within], motion)
     if SOURCES in dataset.attrs:
         if not all(_is_steady(values[within]) for values in _excitations(dataset)):
-            return False
+            return None
         begin, _, end = np.array_split(motion - motion.mean(axis=0), 3)
         if not np.mean(end**2) > GROWTH * np.mean(begin**2):
-            return False
-    return grows(motion, NOTICEABLE * _least_clearance(dataset))
+            return None
+    return growing_part(motion, NOTICEABLE * _least_clearance(dataset))
 
 
 def _excitations(dataset: Signals) -> list[Array]:

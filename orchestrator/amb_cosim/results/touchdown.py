@@ -17,7 +17,7 @@ from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchab
 from amb_cosim.results.orbits import gravity_across, moving_places, path, path_at_rest, radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import amplifiers_off
-from amb_cosim.results.rocking import steady_swing
+from amb_cosim.results.rocking import pendulum_period, steady_swing
 from amb_cosim.results.signal_arrays import Path, at_every_step, cycles, parameters, signal
 from array_types import Array, Bools
 
@@ -27,6 +27,7 @@ SPUN_UP = 0.95  # of a race's largest speed
 AT_REST = 0.05  # of the clearance; smaller motion counts as rest
 SLOW = 0.01  # of the speed at release
 LAST_PART = 0.1  # of the time from release on, in which the rotor must be at rest
+REST_PERIODS = 2.0  # of a swing in the retainer, in which it must be at rest too
 WHIRLS = 1.0  # turns net of going to and fro, and turns in contact, below which a motion is not a whirl
 LEAST_IMPACT = 1e-6  # of the sum of all impacts; less is rounding where a contact lasts
 
@@ -101,7 +102,8 @@ class Touchdown:
         Loads and motion at each touched site.
     rest_after
         Time (s) after which the rotor lies in contact and stays where it is at the end, to within 5 % of the clearance
-        of each retainer and of each touched site or face.
+        of each retainer and of each touched site or face. It must stay there for the last tenth of the time and for two
+        periods of a swing in the retainer with the largest clearance, since a pendulum seems to rest where it turns.
     rocks_within
         Largest swing (deg) at all touched sites if the rotor rocks steadily (see `rocking`); None if it rests or moves
         otherwise.
@@ -324,7 +326,11 @@ def _rest(after: Signals, contact: Bools, touched: Sequence[str]) -> float | Non
     for positions, clearance in lying:
         for position in positions:
             moving |= np.abs(position - position[last].mean()) > AT_REST * clearance
-    return None if not lying or moving[last].any() else _time_after(_times(after), moving)
+    if not lying or moving[last].any():
+        return None
+    times, rest, gravity = _times(after), _time_after(_times(after), moving), gravity_across(after)
+    swing = max(pendulum_period(clearance, gravity) for _, clearance in lying) if gravity else 0.0
+    return rest if times[-1] - rest >= REST_PERIODS * swing else None
 
 
 def _rocks(after: Signals, contact: Bools, touched: Sequence[str]) -> float | None:

@@ -17,6 +17,7 @@ from amb_cosim.presentation.units import force_unit, frequency_unit, length_unit
 from amb_cosim.results import contact_history
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, touches
 from amb_cosim.results.landing_rows import landing_rows, whirl_text
+from amb_cosim.results.loop_stability import known_loop
 from amb_cosim.results.magnet_use import magnet_use_rows
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
@@ -31,6 +32,7 @@ from amb_cosim.results.signal_arrays import (
     speed_changes,
     thinning,
 )
+from amb_cosim.results.stability import instability, judged_time, too_short
 from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown
 from amb_cosim.results.warning_sentences import warning_sentences
@@ -63,11 +65,12 @@ class Verdict:
     word
         `recovered`: the rotor touched, and has been free of contact for five cycles. `trapped`: it touches in the last
         cycle, at least ten turns after the last change of its excitation (see `contact_history.recovery`). `undecided`:
-        the run ends too early to decide between these two. `rolled`: it rolls on a site at the end. `landed`: it
+        the run is too short to decide. `rolled`: it rolls on a site at the end. `landed`: it
         touched after all magnets lost their power, and the magnets are still off. `stator`: it touched the stator of a
         magnetic bearing at any time. `levitated`: it never touched, or not after the disturbance. `free`: as
         `levitated`, but for a rotor that has no magnets, or whose magnets have no power at the end. `unstable`: its
-        orbit grows, or its amplifiers stay at their limits or bound a self-excited vibration. `failed` and
+        loop is unstable, its orbit grows, or its amplifiers stay at their limits or bound a self-excited vibration.
+        `failed` and
         `interrupted`: the run did not complete. `completed`: the run completed, but contact was not recorded.
     sentence
         The reason, with its values.
@@ -125,18 +128,18 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
     if free is None:
         return "completed", "contact of the rotor was not recorded"
     if recovery == "unstable":
-        reasons = (
-            "its orbit grows, or its amplifiers stay at their limits, or these limits confine a self-excited vibration"
-        )
-        return "unstable", reasons
+        return "unstable", instability(dataset, last)
+    if recovery == "undecided":
+        return "undecided", _undecided(dataset, last)
     powerless = bool(without_power(dataset)[-1])
+    unseen = "" if powerless else _unseen(dataset, last)
     if free and (last is None or recovery == "prevented"):
         after = f" after the {event_name(dataset, 'disturbance')}" if recovery == "prevented" else ""
         word: Word = "free" if powerless or not places(dataset).magnetic else "levitated"
-        return word, f"the rotor does not touch{after}"
+        return word, f"the rotor does not touch{after}{unseen}"
     assert last is not None
     if free:
-        return "recovered", f"the rotor touched and has been free of contact since {_moment(dataset, last)}"
+        return "recovered", f"the rotor touched and has been free of contact since {_moment(dataset, last)}{unseen}"
     touched = _touched_at_the_end(dataset)
     where = _listed(touched) or "its retainers"
     if recovery == "rolled":
@@ -152,7 +155,26 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         elif rest is not None:
             lies = f"the rotor came to rest on {where} after {rest:.3g} s"
         return "landed", f"no magnet has power, and {lies}{_whirled(fall)}"
-    return recovery if recovery == "trapped" else "undecided", _at_the_end(dataset, last)
+    return "trapped", _at_the_end(dataset, last)
+
+
+def _undecided(dataset: Signals, last: float | None) -> str:
+    """Return a sentence on what the run lacks for a decision; `last` is the cycle of the last contact, if any."""
+    off = contact_history.falls_from(dataset, last)
+    if off is not None:
+        since = f"no magnet has power since {_moment(dataset, off)}, and the rotor has not touched since then"
+        return f"too short to decide how the rotor lands: {since}"
+    if last is None or cycles(dataset)[-1] - last >= contact_history.recovery_cycles(dataset):
+        return f"too short to decide whether the rotor stays free: {too_short(dataset, last)}"
+    return _at_the_end(dataset, last)
+
+
+def _unseen(dataset: Signals, last: float | None) -> str:
+    """Return a clause on the growth that the motion would not show; empty if the loop is known, or without magnets."""
+    judged = judged_time(dataset, last)
+    if known_loop(dataset) is not None or not places(dataset).magnetic or not judged > 0.0:
+        return ""
+    return f"; the loop is not known, and in {judged:.3g} s growth slower than {1.0 / judged:.2g} 1/s may not show"
 
 
 def _at_the_end(dataset: Signals, last: float) -> str:
@@ -165,7 +187,7 @@ def _at_the_end(dataset: Signals, last: float) -> str:
         rule = f"; it counts as trapped after {needed:g} turns" if turned < needed - contact_history.ON_THE_GRID else ""
         return f"still in contact with {where} {ends}, {turned:.3g} turns after the last event or change of speed{rule}"
     unit, size = ("s", float(dataset.attrs["period_s"])) if speed_changes(dataset) else ("cycles", 1.0)
-    rule = f"it counts as recovered after {contact_history.RECOVERY_CYCLES * size:.3g} {unit} without contact"
+    rule = f"it counts as recovered after {contact_history.recovery_cycles(dataset) * size:.3g} {unit} without contact"
     return f"free of contact for {(end - last) * size:.3g} {unit} {ends}; {rule}"
 
 

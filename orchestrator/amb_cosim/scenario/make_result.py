@@ -16,13 +16,17 @@ from amb_cosim.cosim.record.warnings import WarningRecord, to_json, warnings_of
 from amb_cosim.cosim.run.dataset import parameters_of, step_times, steps_of, to_signals
 from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.system.experiment import Plan, Ramp
+from amb_cosim.results.contact_history import is_supported
+from amb_cosim.results.loop_stability import ATTRIBUTE as LOOP
 from amb_cosim.results.places import ATTRIBUTE as PLACES
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.power import with_power
 from amb_cosim.results.result import Result
+from amb_cosim.results.signal_arrays import speed
 from amb_cosim.results.stability import EXCITATIONS, LAST_CHANGE, SOURCES
 from amb_cosim.scenario.control_loop import exciting_components, is_rotation
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
+from amb_cosim.scenario.known_loop import loop_at_the_end
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import SPEED
 from array_types import Array
@@ -40,7 +44,8 @@ def bare_signals(plan: ScenarioPlan, recording: Recording, places: RotorPlaces) 
     time = np.asarray(recorder.points * plan.step_size, np.float64)
     coordinates = _coordinates(plan, time) | step_times(recording)
     of_run = {"communication_step_s": plan.step_size, "parameters": parameters_of(recording), PLACES: places}
-    return SignalTable(variables | steps, coordinates, of_run | _landmarks(plan, recorder))
+    table = SignalTable(variables | steps, coordinates, of_run | _landmarks(plan, recorder))
+    return replace(table, attrs={**table.attrs, **_loop(plan, table)})
 
 
 def _coupling_warnings(plan: ScenarioPlan) -> list[WarningRecord]:
@@ -76,8 +81,17 @@ def make_result(plan: ScenarioPlan, recording: Recording) -> Result:
     signals = to_signals(recording)
     table = SignalTable(signals.variables, {**signals.coordinates, **coordinates}, {**signals.attrs, **attributes})
     warned = to_json(with_power([*warnings_of(signals), *coupling], table))
-    table = replace(table, attrs={**table.attrs, WARNINGS: warned})
+    table = replace(table, attrs={**table.attrs, WARNINGS: warned, **_loop(plan, table)})
     return Result(table, recording.outcome, recording.checkpoints)
+
+
+def _loop(plan: ScenarioPlan, table: SignalTable) -> dict[str, str]:
+    """Return the attribute with the stability of the loop at the end of a run; empty if it decides nothing."""
+    if not is_supported(table):
+        return {}
+    end = float(table.coordinates["time"].values[-1])
+    known = loop_at_the_end(plan, end, float(speed(table)[-1]))
+    return {} if known is None else {LOOP: known.to_json()}
 
 
 def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:

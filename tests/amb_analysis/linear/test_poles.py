@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from amb_analysis.linear.loop import LoopPoles
-from amb_analysis.linear.stability import LoopStability
 from amb_analysis.studies.closed_loop_poles import _crossings, _over_speed
 from amb_analysis.studies.loop_vibrations import Vibrations, begun_later, followed, least_damped, vibrations_over
 from amb_cosim import studies
+from amb_cosim.results.loop_stability import LoopStability
 from rotor_analysis.damping import Damping
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names

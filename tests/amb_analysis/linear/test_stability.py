@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm
 
-from amb_analysis.linear.stability import LARGEST, stability_of
+from amb_analysis.linear.stability import stability_of
+from amb_cosim.results.loop_stability import LARGEST
 from tests.support.messages import assert_names
 
 T = 50e-6  # s

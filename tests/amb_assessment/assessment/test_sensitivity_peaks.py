@@ -8,7 +8,6 @@ import pytest
 
 from amb_analysis.linear.loop import Loop
 from amb_analysis.linear.responses import diagonal_response, disk_margin, response
-from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import MachineVariation, coupled_loop
 from amb_analysis.studies.stability_margin import _all_loops
 from amb_assessment.assessment.analyses import robustness, sensitivity
@@ -21,6 +20,7 @@ from amb_assessment.assessment.physics import stages
 from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.physics.axial_cases import load_cases
 from amb_assessment.assessment.physics.stages import real_coefficients
+from amb_cosim.results.loop_stability import LoopStability
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.axis_capability import current_amplitude
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies import figure, poles
@@ -23,6 +22,7 @@ from amb_assessment.assessment.physics.assessed_machine import assessed_machine_
 from amb_assessment.assessment.physics.stability import least_stable
 from amb_assessment.assessment.physics.stages import real_coefficients, table_notes
 from amb_cosim.commands.cli import main
+from amb_cosim.results.loop_stability import LoopStability
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names, raises_naming
 

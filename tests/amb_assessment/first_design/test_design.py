@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from amb_analysis.linear.loop import Loop, LoopPoles
-from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
 from amb_assessment.assessment.engine.assess import assess
@@ -21,6 +20,7 @@ from amb_assessment.first_design.design import first_design
 from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.levitation import Levitation, Pid, growth_in_runs, levitation_of, wanted_ratios
 from amb_assessment.first_design.loop_search import LoopSearch, Peak
+from amb_cosim.results.loop_stability import LoopStability
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.packaged_rotors import rotor_path

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from amb_analysis.linear.stability import LARGEST
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.closed_loop_poles import whirl_of
 from amb_analysis.studies.damping_zones import REQUIRED, ZONES
@@ -16,6 +15,7 @@ from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, 
 from amb_assessment.assessment.physics.stability import least_stable, motion_and_speed, spectral_radius
 from amb_assessment.assessment.physics.stages import real_coefficients, table_notes, with_tables
 from amb_assessment.reporting.panels import Curve, Panel, curve
+from amb_cosim.results.loop_stability import LARGEST
 from array_types import Array
 from rotor_analysis.refinement import refined
 

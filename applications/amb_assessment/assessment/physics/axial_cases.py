@@ -9,10 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from amb_analysis.linear.axial_loop import AxialLoop
-from amb_analysis.linear.stability import LARGEST, LoopStability, stability_of
+from amb_analysis.linear.stability import stability_of
 from amb_analysis.studies.sensitivity_curves import bands, curve_frequencies, peaks_of
 from amb_assessment.assessment.format.thrust_bearing import ThrustBearing
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz
+from amb_cosim.results.loop_stability import LARGEST, LoopStability
 from array_types import Array
 from rotor_analysis.refinement import refined
 from thrust_bearings.disc import OperatingPoint

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import NOMINAL, MachineVariation, coupled_loop
 from amb_assessment.assessment.format.quantities import Quantity
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz, rpm
 from amb_assessment.assessment.physics.axial_cases import axial_instability
 from amb_assessment.assessment.physics.stages import real_coefficients, with_tables
+from amb_cosim.results.loop_stability import LoopStability
 from array_types import Array
 
 SPEEDS = 41  # from zero to the trip speed, before refinement
