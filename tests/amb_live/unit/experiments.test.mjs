@@ -19,7 +19,7 @@ const at = (time, values = {}, more = {}) => ({
   status: "playing", time, speed: 2, ...more,
 });
 const contact = (time, mode) => ({ time, mode, site: "catch", point: Math.round(time * 1000) });
-const off = (value) => ({ userChanges: { settings: { values: { [OFF]: value } }, changes: [] } });
+const off = (value, time = 0.1) => ({ userChanges: { settings: {}, changes: [{ time, values: { [OFF]: value } }] } });
 
 test("contact is told when it begins, and its end when it is over for good", () => {
   const narrator = newNarrator();
@@ -79,11 +79,28 @@ test("a landing counts from the moment at which no magnet pulls", () => {
   const notes = newNotes(0.1);
   follow(watch, notes, at(0.15, { "catch.mode": 1, "catch.f_n_peak": 900 }, off(1)));
   assert.ok(follow(watch, notes, at(0.3, { "catch.mode": 1 }, off(1))));
-  assert.match(watch.remark(at(0.3, { "catch.mode": 1 }, off(1)), notes), /landed 50\.0 ms after, and pressed with a peak force of 900 N; it slides/);
+  assert.match(watch.remark(at(0.3, { "catch.mode": 1 }, off(1)), notes), /landed 50\.0 ms after the loss of power, and pressed with a peak force of 900 N; it slides/);
   assert.ok(!follow(lift, newNotes(0.3), at(0.7, {}, off(1))));
-  const late = newNotes(0.3);
-  follow(watch, late, at(0.3, { "catch.mode": 1 }, off(1)));
-  assert.match(watch.remark(at(0.5, { "catch.mode": 1 }, off(1)), late), /^It has landed, and pressed/);
+  const rubbing = { ...off(1), contacts: [contact(0.05, 1)] }, late = newNotes(0.3);
+  follow(watch, late, at(0.3, { "catch.mode": 1 }, rubbing));
+  assert.match(watch.remark(at(0.5, { "catch.mode": 1 }, rubbing), late), /^It has landed, and pressed/);
+});
+
+test("a landing counts from the loss of power, whenever the experiment is chosen", () => {
+  const traces = new Traces(["rotor_contact.catch.f_n_peak"], 100);
+  traces.append(Float64Array.of(0.19, 0, 0.212, 23100, 0.25, 500, 0.4, 400));
+  const falls = (time) => at(time, { "catch.mode": 1, "catch.f_n_peak": 400 }, {
+    rig: { ...at(0).rig, events: [{ point: 200, variable: OFF, value: 1, label: "" }] }, traces,
+    contacts: [contact(0.212, 1), contact(0.22, 0), contact(0.25, 1)], columns: new Map([...names, OFF].map((name, k) => [name, k])),
+    values: Float64Array.from([...names, OFF], (name) => (name === OFF || name.endsWith(".mode") ? 1 : 0)),
+  });
+  const watch = experimentsOf(falls(0.3)).find((one) => one.title === "Land").steps[1];
+  for (const clicked of [0.201, 0.213, 0.3]) {
+    const notes = newNotes(clicked);
+    follow(watch, notes, falls(Math.max(clicked, 0.22)));
+    assert.ok(follow(watch, notes, falls(0.4)));
+    assert.match(watch.remark(falls(0.4), notes), /landed 12\.0 ms after the loss of power, and pressed with a peak force of 23\.1 kN/);
+  }
 });
 
 test("a rotor that its unbalance throws out without gravity has not landed", () => {
@@ -96,7 +113,7 @@ test("a rotor that its unbalance throws out without gravity has not landed", () 
     return [watch.remark(now, notes), watch.remark(now, { ...notes, began: 0.2 }), push.steps[0].instruction(now), push.steps[2].remark(now, notes), trap.steps[0].instruction(now)];
   });
   for (const text of told[0]) { assert.doesNotMatch(text, /landed|lies|falls/); }
-  assert.match(told[0][0], /thrown out, and touched 50\.0 ms after/);
+  assert.match(told[0][0], /thrown out, and touched 50\.0 ms after the loss of power/);
   for (const text of told[1]) { assert.match(text, /landed|lies/); }
 });
 
@@ -117,7 +134,7 @@ test("a scenario that switches magnets off suits the landing, and is announced",
   const suiting = (session) => experimentsOf(session).filter((item) => item.suits).map((item) => item.title);
   assert.deepEqual(suiting(falls), ["Land"]);
   assert.match(experimentsOf(falls).find((item) => item.suits).steps[0].instruction(falls), /does so itself at 200 ms/);
-  assert.deepEqual(suiting(at(0, {}, off(1))), ["Land"]);
+  assert.deepEqual(suiting(at(0, {}, off(1, 0))), ["Land"]);
   assert.deepEqual(suiting(at(0)), []);
 });
 
@@ -143,7 +160,7 @@ test("a remark has the largest of all samples, however many of them a frame show
     });
     return watch.remark(at(0.105, { "catch.mode": 1 }, off(1)), notes);
   });
-  assert.match(told[0], /landed 2\.00 ms after, and pressed with a peak force of 23\.1 kN; it slides/);
+  assert.match(told[0], /landed 2\.00 ms after the loss of power, and pressed with a peak force of 23\.1 kN; it slides/);
   assert.deepEqual(told, [told[0], told[0], told[0]]);
 });
 
@@ -152,11 +169,11 @@ test("an impact in the frame that shows the loss of power belongs to the landing
   const traces = new Traces(["rotor_contact.catch.f_n_peak"], 100), notes = newNotes(-0.5);
   follow(off_, notes, at(0, {}, { ...off(0), traces }));
   traces.append(Float64Array.of(0.001, 0, 0.012, 23100, 0.02, 400));
-  const contacts = [contact(0.012, 1)], late = at(0.02, { "catch.mode": 1, "catch.f_n_peak": 400 }, { ...off(1), traces, contacts });
+  const contacts = [contact(0.012, 1)], late = at(0.02, { "catch.mode": 1, "catch.f_n_peak": 400 }, { ...off(1, 0), traces, contacts });
   assert.ok(follow(off_, notes, late));
   const after = nextNotes(notes);
   follow(watch, after, late);
-  assert.match(watch.remark(late, after), /landed 12\.0 ms after, and pressed with a peak force of 23\.1 kN; it slides/);
+  assert.match(watch.remark(late, after), /landed 12\.0 ms after the loss of power, and pressed with a peak force of 23\.1 kN; it slides/);
 });
 
 test("remarks name a site as the rotor file does", () => {

@@ -17,6 +17,25 @@ export function isOff(session) {
 }
 
 /**
+ * Return the time (s) since which no magnet has power; NaN if one has. It is -Infinity if none had any from the beginning.
+ * @param {Session} session
+ */
+export function offSince(session) {
+  if (!isOff(session)) { return NaN; }
+  const { rig, userChanges } = session, half = 0.5 * rig.stepSize;
+  const planned = userChanges.settings.events === false ? [] : rig.events;
+  const set = [...planned.map(({ point, variable, value }) => ({ time: point * rig.stepSize, values: { [variable]: value } })), ...userChanges.changes];
+  return Math.max(...matching(session, "amb_actuator.*.amplifier_off_?").map((name) => {
+    let since = -Infinity, off = (userChanges.settings.values?.[name] ?? rig.inputs[name] ?? session.variables.get(name)?.start) === 1;
+    for (const { time, values } of set.filter((one) => name in one.values && one.time < session.time + half).sort((a, b) => a.time - b.time)) {
+      if (values[name] === 1 && !off) { since = time; }
+      off = values[name] === 1;
+    }
+    return since;
+  }));
+}
+
+/**
  * Return the sites and faces where the rotor is in contact now.
  * @param {Session} session
  */

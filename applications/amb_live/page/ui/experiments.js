@@ -1,6 +1,6 @@
 // Three guided experiments: for each step the instruction, the test whether it is done, and the remark on the result.
 
-import { contactTime, isOff, touched } from "./advice.js";
+import { contactTime, isOff, offSince, touched } from "./advice.js";
 import { nameLabel, numberText, quantityText } from "./format.js";
 import { shownSites } from "./orbits.js";
 import { matching, placesOfContact, plainLaw, settingOf, valueOf } from "./session.js";
@@ -21,12 +21,14 @@ import { matching, placesOfContact, plainLaw, settingOf, valueOf } from "./sessi
  */
 
 /**
- * A step: its instruction, the condition that completes it, how long this must hold (s), and the remark afterwards.
+ * A step: its instruction, the condition that completes it, how long this must hold (s), the remark afterwards, and the time
+ * from which it counts (s), if that is before the step is shown.
  * @typedef {object} Step
  * @property {(session: Session) => string} instruction
  * @property {(session: Session, notes: Notes) => boolean} isMet
  * @property {number} hold
  * @property {(session: Session, notes: Notes) => string} remark
+ * @property {(session: Session) => number} [begins]
  */
 
 /** `suits`: whether the scenario performs it by itself. @typedef {{ title: string, suits: boolean, steps: Step[] }} Experiment */
@@ -89,6 +91,8 @@ function observed(session, notes, name) {
 export function follow(step, notes, session) {
   if (session.time < notes.began) { Object.assign(notes, newNotes(session.time)); }
   if (session.status === "loading" || session.status === "settling") { return false; }
+  const begins = Math.max(step.begins?.(session) ?? NaN, 0); // nothing changes before time 0
+  if (begins < notes.began) { Object.assign(notes, newNotes(begins)); }
   for (const site of shownSites(session)) {
     const clearance = settingOf(session, `rotor_contact.${site.name}.clearance`), y = observed(session, notes, site.y);
     observed(session, notes, site.x).forEach((x, k) => { notes.reach = Math.max(notes.reach, Math.hypot(x, y[k]) / clearance || 0); });
@@ -98,7 +102,9 @@ export function follow(step, notes, session) {
   }
   const first = session.contacts.find((item) => item.mode > 0 && item.time >= notes.began && item.time <= session.time);
   if (!notes.touched && (first !== undefined || touched(session).length > 0)) {
-    Object.assign(notes, { touched: true, touchedAt: first?.time ?? session.time });
+    const before = new Map(session.contacts.filter((item) => item.time < notes.began).map((item) => [item.site, item.mode]));
+    const already = [...before.values()].some((mode) => mode > 0);
+    Object.assign(notes, { touched: true, touchedAt: already ? notes.began : first?.time ?? session.time });
   }
   [notes.before, notes.seen] = [notes.seen, session.time];
   if (!step.isMet(session, notes)) {
@@ -187,10 +193,10 @@ function land(session) {
       },
       {
         instruction: (now) => (isWeightless(now) ? "Watch it: without gravity its unbalance throws it out, and it does not land." : "Watch it land."),
-        isMet: (_, notes) => notes.touched, hold: 0.1,
+        isMet: (_, notes) => notes.touched, hold: 0.1, begins: offSince,
         remark: (now, notes) => {
           const [came, has] = isWeightless(now) ? ["was thrown out, and touched", "has been thrown out"] : ["landed", "has landed"];
-          return `It ${notes.touchedAt > notes.began ? `${came} ${quantityText(notes.touchedAt - notes.began, "s")} after` : has}, and pressed with a peak force of ${quantityText(notes.force, "N")}; ${landed(now)}.`;
+          return `It ${notes.touchedAt > notes.began ? `${came} ${quantityText(notes.touchedAt - notes.began, "s")} after the loss of power` : has}, and pressed with a peak force of ${quantityText(notes.force, "N")}; ${landed(now)}.`;
         },
       },
       {
