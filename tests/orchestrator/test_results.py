@@ -62,10 +62,10 @@ def test_shares_of_methods_count_steps_after_the_settling(synthetic):
 
 def test_share_spans_from_the_step_to_the_end_or_the_whole_run(synthetic, without):
     share = contact_history.contact_share(without(synthetic(15), "relief_cycle"))
-    assert share["2"] == pytest.approx(100 / 1001)
+    assert share["2"] == pytest.approx(100 / 1000)
     assert sum(share.values()) == pytest.approx(1.0)
     whole = contact_history.contact_share(without(synthetic(10), "disturbance_cycle", "relief_cycle"))
-    assert whole["1"] == pytest.approx(100 / 1001)
+    assert whole["1"] == pytest.approx(100 / 1000)
 
 
 @pytest.mark.parametrize(("end", "expected"), [(20, True), (17, True), (16, False), (12, False), (4, True)])

@@ -74,6 +74,14 @@ def test_it_lies_at_rest_from_when_it_stands_on_its_seat(run):
     assert fall < run("turbo_pump_landing").summary.touchdown.rest_after < 0.1
 
 
+@pytest.mark.parametrize("name", ["turbo_pump_landing", "turbo_pump_rundown"])
+def test_heat_of_a_landing_on_a_face_includes_the_drag_of_its_race(run, name):
+    """The ring turns with the rotor; all heat of friction and impacts arises at the face and in its bearing."""
+    summary = run(name).summary
+    (seat,) = summary.touchdown.retainers.values()
+    assert seat.heat == pytest.approx(summary.energy["friction"] + summary.energy["impact"], rel=0.01)
+
+
 def test_gas_and_the_balls_of_its_retainer_slow_it(run):
     """J_p Omega' = -d Omega - M_r: the race below the seat follows the rotor, and its balls brake both."""
     parameters, signals = (

@@ -16,7 +16,7 @@ from amb_cosim.results.contact_forces import largest, peak_force, touches
 from amb_cosim.results.places import places
 from amb_cosim.results.power import power_lost_at
 from amb_cosim.results.signal_arrays import at_every_step, cycles, signal, speed, speed_changes, turns
-from amb_cosim.results.stability import SOURCES, instability, last_change, too_short
+from amb_cosim.results.stability import ROUNDING, SOURCES, instability, last_change, too_short
 from amb_cosim.results.stators import stator_touches
 from array_types import Bools
 
@@ -70,10 +70,13 @@ def site_share(dataset: Signals) -> dict[str, float | None]:
 
 
 def _while_loaded(dataset: Signals, name: str) -> NDArray[Any] | None:
-    """Return the samples of a variable of the plant between disturbance and relief; None if there are none."""
+    """Return a variable of the plant over the steps between disturbance and relief; None if there are none.
+
+    A sample has the value at the end of its step, so that the first step ends after the disturbance.
+    """
     dataset = at_every_step(dataset)
-    begin, end = loaded_interval(dataset)
-    values, within = signal(dataset, name), (cycles(dataset) >= begin) & (cycles(dataset) < end)
+    begin, end = (cycle + ROUNDING for cycle in loaded_interval(dataset))
+    values, within = signal(dataset, name), (cycles(dataset) > begin) & (cycles(dataset) <= end)
     return None if values is None or not within.any() else values[within]
 
 

@@ -62,7 +62,8 @@ class Retainer:
     friction
         Heat of sliding friction in contact (J), computed from samples of the friction power.
     heat
-        Heat of friction, race drag and impacts (J), excluding the heat of faces on this retainer.
+        Heat of friction, race drag and impacts (J), excluding the heat of faces on this retainer. The drag of a race
+        that the rotor touches only at a face is included at that face.
     race_spin_up
         Time from the first contact until the race turns at 95 % of its largest speed (s); None if the race does not
         turn, or if the rotor still slides on it.
@@ -160,7 +161,7 @@ def touchdown(dataset: Signals) -> Touchdown | None:
         drop={place: None if at is None else 1e3 * float(at[0] - at.min()) for place, at in heights.items()},
         orbit={place: None if r is None else 1e3 * float(r.max()) for place, r in radii.items()},
         first_impacts=_first_impacts(after, list(impulses)),
-        retainers={site: _retainer(after, site, impulses[site]) for site in touched},
+        retainers={site: _retainer(after, site, impulses[site], touched) for site in touched},
         rest_after=rest,
         rocks_within=None if rest is not None else _rocks(sampled, lying, across),
         free_after=_free(after, contact[release_step:]),
@@ -213,15 +214,17 @@ def _first_impacts(after: Signals, sites: Sequence[str]) -> tuple[Impact, ...]:
     return tuple(sorted(impacts, key=lambda impact: impact.after)[:N_IMPACTS])
 
 
-def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
-    """Return the loads of a site from the release on."""
-    mode, power, heat = (signal(after, f"{site}.{name}") for name in ("mode", "friction_power", "heat"))
+def _retainer(after: Signals, site: str, impulse: float | None, touched: Sequence[str]) -> Retainer:
+    """Return the loads of one of the touched sites from the release on."""
+    mode, power = (signal(after, f"{site}.{name}") for name in ("mode", "friction_power"))
     faces = places(after).faces
     warmed = faces.get(site, site)
     temperature = signal(after, f"{warmed}.temperature")
+    owner = site if warmed in touched else warmed  # books the drag of its race, whichever face turns it
+    heat = signal(after, f"{owner}.heat")
     for face, retainer in faces.items():
         on_face = signal(after, f"{face}.heat")
-        if retainer == site and heat is not None and on_face is not None:
+        if retainer == owner and face != site and heat is not None and on_face is not None:
             heat = heat - on_face
     durations = _steps(after)
     free, sliding, rolling = (
