@@ -11,6 +11,7 @@ from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.contact_history import Recovery
 from amb_cosim.results.orbits import orbit_largest
 from amb_cosim.results.places import RotorPlaces, places
+from amb_cosim.results.thinned import judged
 
 KEY_VALUES = {  # unit and, unless the name says it, description
     "contact": ("1", "1 if the rotor touched at any time from cycle 0 on"),
@@ -45,6 +46,7 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     disturbance and relief during which any site is in contact. Values of a site or bearing have its name as a suffix,
     as in `peak_contact_force.seal`; a value without a suffix is the largest of all sites or bearings.
     """
+    signals = judged(signals)
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
     free, recovery = contact_history.freed_after(signals, last)

@@ -1,6 +1,7 @@
 """Quantities of a run; each is a function of its signals that returns a number in SI units, a text, or None.
 
 A window from `begin` to `end` is given in cycles of the initial speed; by default, it covers the run from cycle 0.
+Quantities of a thinned record are those of its steps (see `thinned.judged`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from amb_cosim.results import contact_forces, contact_history
 from amb_cosim.results.orbits import When, radius, settled_amplitude, support
 from amb_cosim.results.places import places
 from amb_cosim.results.signal_arrays import cycles, displacements, parameters, signal, speed
+from amb_cosim.results.thinned import judged
 from array_types import Array, Bools
 
 HERTZ = 2.0 * np.pi  # rad/s
@@ -34,6 +36,7 @@ def contact_share(
 
     By default, the time extends from the step to its removal, or to the end of the run.
     """
+    run = judged(run)
     step, removal = contact_history.loaded_interval(run)
     state = signal(run, "contact_state")
     within = _window(run, step if begin is None else begin, removal if end is None else end)
@@ -42,6 +45,7 @@ def contact_share(
 
 def longest_spell(run: Signals, states: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
     """Return the longest time (cycles) in the named contact states without a break of more than a tenth of a cycle."""
+    run = judged(run)
     if signal(run, "contact_state") is None:
         return None
     spells = _spells(cycles(run), _is_in(run, states) & _window(run, begin, end))
@@ -56,6 +60,7 @@ def first_contact(run: Signals, since: float = 0.0) -> Annotated[float | None, "
 
 def second_site_after(run: Signals) -> Annotated[float | None, "1"]:
     """Return the cycles between the first contacts at the two retainers touched first; None if fewer are touched."""
+    run = judged(run)
     state, from_0 = signal(run, "contact_state"), cycles(run) >= 0.0
     if state is None:
         return None
@@ -83,6 +88,7 @@ def first_spell(
 
     A break longer than `bounce` (cycles) ends the contact.
     """
+    run = judged(run)
     inside = _is_in(run, states) if states else _is_in_any(run)
     spells = _spells(cycles(run), inside & _window(run, begin, np.inf), bounce)
     return spells[0][1] - spells[0][0] if spells else None
@@ -90,6 +96,7 @@ def first_spell(
 
 def first_site(run: Signals, begin: float = 0.0) -> str:
     """Return the name of the retainer that is touched first, or `both` or `none`."""
+    run = judged(run)
     touching = _is_in_any(run) & _window(run, begin, np.inf)
     state = signal(run, "contact_state")
     if state is None or not touching.any():
@@ -111,6 +118,7 @@ def site_of_largest_force(run: Signals, begin: float = 0.0, end: float = np.inf)
 
 def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
     """Return all contact states that occur in a window, in the order of their numbers."""
+    run = judged(run)
     state = signal(run, "contact_state")
     within = _window(run, begin, end)
     seen = [] if state is None else sorted({int(value) for value in state[within]})
@@ -119,7 +127,7 @@ def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
 
 def outcome(run: Signals) -> str | None:
     """Return the outcome of the step, such as `prevented`, `recovered`, `landed`, `rolled` or `trapped`."""
-    return contact_history.recovery(run)
+    return contact_history.recovery(judged(run))
 
 
 def rolling_from(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
@@ -141,12 +149,14 @@ def whirl_at_end(run: Signals, site: str) -> Annotated[float | None, "rad/s"]:
 
 def rolls_at_end(run: Signals, site: str = "") -> bool:
     """Return whether the rotor rolls on `site`, or by default on any site, at the end of the run."""
+    run = judged(run)
     modes = [signal(run, f"{item}.mode") for item in ([site] if site else places(run).sites)]
     return any(mode is not None and int(mode[-1]) == contact_history.ROLLING for mode in modes)
 
 
 def largest_radius(run: Signals, bearing: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
     """Return the largest radial displacement in a bearing's retainer, divided by the clearance (1)."""
+    run = judged(run)
     values = radius(run, support(run, bearing))
     within = _window(run, begin, end)
     return None if values is None or not within.any() else float(values[within].max()) / _clearance(run, bearing)
@@ -154,6 +164,7 @@ def largest_radius(run: Signals, bearing: str, begin: float = 0.0, end: float = 
 
 def orbit_amplitude(run: Signals, bearing: str, when: When) -> Annotated[float | None, "m"]:
     """Return the synchronous amplitude (m) at a bearing `before` the step or ROLAC's start, or at the `end`."""
+    run = judged(run)
     return settled_amplitude(run, displacements(run, f"{bearing}.x", f"{bearing}.y"), when)
 
 
@@ -165,6 +176,7 @@ def amplitude_left(run: Signals, bearing: str) -> Annotated[float | None, "1"]:
 
 def sensor_amplitude(run: Signals, x: str, y: str, when: When) -> Annotated[float | None, "m"]:
     """Return the synchronous amplitude (m) in the plane of two sensors, at the times that `orbit_amplitude` uses."""
+    run = judged(run)
     return settled_amplitude(run, displacements(run, x, y), when)
 
 
@@ -182,6 +194,7 @@ def speed_of_largest_radius(
     run: Signals, bearing: str, lowest: float, highest: float
 ) -> Annotated[float | None, "rad/s"]:
     """Return the spin speed (rad/s), in a range (Hz), at which the orbit at a bearing is largest before any contact."""
+    run = judged(run)
     values, Omega = radius(run, bearing), speed(run)
     if values is None:
         return None

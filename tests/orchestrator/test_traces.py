@@ -8,11 +8,13 @@ import pytest
 import xarray as xr
 from scipy.io import loadmat
 
+from amb_cosim import simulate
 from amb_cosim.cosim.run.recording import Outcome
+from amb_cosim.results.plots import Plots
 from amb_cosim.results.plots.turns import whirl_direction
 from amb_cosim.results.result import Result
 from amb_cosim.results.selection import mat_name, select, to_mat
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 
 @pytest.fixture
@@ -164,3 +166,14 @@ def test_a_range_of_times_since_1970_has_no_further_samples():
     times = 1.7e9 + 1e-4 * np.arange(100)
     dataset = xr.Dataset({"a.b": ("time", np.arange(100.0))}, {"time": ("time", times)})
     assert select(dataset, begin=float(times[50]), until=float(times[60])).values("a.b").tolist() == [*range(50, 61)]
+
+
+def test_a_thinned_record_of_a_system_draws_steps_where_it_has_them(tmp_path):
+    """Without a scenario there are no cycles, and only outputs with a rule over a step are recorded at every step."""
+    experiment = '[experiment]\ncommunication_step = "0.25 ms"\nstop_time = "10 ms"\nrecord.every = 10\n'
+    (tmp_path / "thin.toml").write_text(f'base = "levitated"\n{experiment}', encoding="utf-8")
+    draw = Plots(simulate(str(tmp_path / "thin.toml")).signals)
+    force, motion = draw("rb1.f_n_peak").axes[0], draw("mb1.x").axes[0]
+    assert [len(panel.lines[0].get_xdata()) for panel in (force, motion)] == [41, 5]
+    assert not force.texts
+    assert_names(motion.texts[0].get_text(), "10 steps")

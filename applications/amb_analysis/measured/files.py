@@ -52,18 +52,19 @@ def read_measured(
     path = Path(path)
     try:
         stated = StatedUnits(units or {})
-        content = _content(path, stated)
+        content = _content(path, stated, (*inputs, *(names or {})))
         stated.check()
         if isinstance(content, TimeRecord):
-            content = Measurement(estimate(content, inputs, **estimation))
+            warnings = (content.warning,) if content.warning else ()
+            content = Measurement(estimate(content, inputs, **estimation), warnings=warnings)
         return replace(content, responses=_renamed(content.responses, names or {}))
     except ValueError as error:
         raise ValueError(f"measured data {path}: {error}") from error
 
 
-def _content(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
+def _content(path: Path, units: StatedUnits, needed: Sequence[str]) -> Measurement | TimeRecord:
     if path.is_dir() or path.suffix == ".nc":
-        return read_run(path)
+        return read_run(path, needed)
     if not path.is_file():
         raise ValueError("there is no such file")
     suffix = path.suffix.lower()

@@ -147,11 +147,14 @@ class TimeRecord:
         Samples of each channel, shape (n,).
     repeats
         Number of consecutive records of equal length in the samples, such as one record for each hammer blow.
+    warning
+        What the samples do not show; empty if nothing is known to be missing.
     """
 
     sample_time: float
     signals: Mapping[Channel, Array]
     repeats: int = 1
+    warning: str = ""
 
     def channel(self, name: str) -> Channel:
         """Return the channel with this name; if a force and a motion at a driving point share it, return the force.
@@ -178,7 +181,8 @@ class TimeRecord:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Content of a file: frequency responses, and modes if the file lists them."""
+    """Content of a file: frequency responses, modes if the file lists them, and what the data do not show."""
 
     responses: tuple[FrequencyResponse, ...] = ()
     modes: Modes | None = None
+    warnings: tuple[str, ...] = ()

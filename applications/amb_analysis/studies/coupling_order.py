@@ -16,6 +16,7 @@ from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.contact_history import contact_cycles, recovery
 from amb_cosim.results.orbits import orbit_after, orbit_before
+from amb_cosim.results.thinned import judged
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, as_scenario
@@ -151,7 +152,7 @@ def simulated(
     results = [execute(prepared, replace(options, loop=run.loop)) for _ in range(TIMINGS)]
     if any(result.outcome.status == "interrupted" for result in results):
         raise KeyboardInterrupt
-    signals, outcome = results[0].signals, results[0].outcome
+    signals, outcome = judged(results[0].signals), results[0].outcome
     radii = orbit_before(signals) if "disturbance_cycle" in signals.attrs else orbit_after(signals)
     orbits = {at: radius for at, radius in radii.items() if radius is not None}
     ending = outcome.failure or recovery(signals) or outcome.status

@@ -192,11 +192,12 @@ def response(
     loop = loop or ("free" if scenario is None and rotor is not None else "closed")
     highest = None if up_to is None else positive(up_to, "Hz", "up-to")
     curves: Sequence[FrequencyResponse] = ()
+    of_data: tuple[str, ...] = ()
     if measured is not None:
         content = measured_content(
             measured, channels, channel_units, inputs, outputs, up_to, (estimator, segment, window)
         )
-        curves = content.responses
+        curves, of_data = content.responses, content.warnings
         if not curves:
             raise ValueError("the measurement lists only modes; there is no response to compare")
     is_machine = loop in ("open", "closed")
@@ -220,7 +221,7 @@ def response(
     values = computed_values(structure, curves, ends)
     result = laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
     warnings = implausible_sizes(described) if machine is None else machine.prepared.warnings
-    return replace(result, warnings=(*result.warnings, *warnings))
+    return replace(result, warnings=(*of_data, *result.warnings, *warnings))
 
 
 def laid_over(
@@ -327,7 +328,7 @@ def measured_content(
         if not item.values.all():
             at = f"{item.frequencies[np.argmin(np.abs(item.values))]:g} Hz"
             raise ValueError(f"{item.name} = 0 at {at} is not allowed; omit that frequency, or choose other responses")
-    return Measurement(tuple(sorted(chosen, key=lambda item: item.frequencies.tobytes())), content.modes)
+    return replace(content, responses=tuple(sorted(chosen, key=lambda item: item.frequencies.tobytes())))
 
 
 def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) -> list[FrequencyResponse]:

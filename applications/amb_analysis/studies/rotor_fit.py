@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import groupby
 from pathlib import Path
@@ -155,7 +155,8 @@ def fit(
         raise ValueError("the measurement contains neither a response nor a mode to fit")
     name = "a measurement" if isinstance(measured, Measurement) else Path(measured).name
     if curves:
-        return _fit_of_responses(subject, content.responses, curves, name)
+        result = _fit_of_responses(subject, content.responses, curves, name)
+        return replace(result, warnings=(*content.warnings, *result.warnings))
     assert content.modes is not None
     return _fit_of_modes(subject, content.modes, name)
 

@@ -24,6 +24,7 @@ from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.places import places
 from amb_cosim.results.result import Result
 from amb_cosim.results.signal_arrays import cycles, signal, speed, speed_changes, turns
+from amb_cosim.results.thinned import even_samples, folding, judged
 from amb_cosim.results.warning_sentences import warning_sentences
 from amb_cosim.scenario.simulation import run
 from amb_files.checks import require
@@ -99,6 +100,8 @@ class Waterfall(WarnedResult, DrawnResult):
         Spectra by bearing.
     warnings
         All warnings of the run.
+    folded
+        What a thinned record does not show (see `thinned.folding`); empty for a record of every step.
     """
 
     name: ClassVar[str] = "waterfall"
@@ -110,6 +113,7 @@ class Waterfall(WarnedResult, DrawnResult):
     frequencies: Annotated[Array, "Hz"]
     changing_speed: bool
     bearings: dict[str, BearingSpectra]
+    folded: str = ""
 
     def text(self) -> list[TextBlock]:
         """Return a table of the largest synchronous and non-synchronous vibrations at each bearing."""
@@ -126,7 +130,7 @@ class Waterfall(WarnedResult, DrawnResult):
             )
         nearby = f"within {NEAR / self.window:.3g} Hz of the spin frequency, of 0 Hz or of each other"
         note = f"negative frequencies are backward whirl; vibrations {nearby} are not distinguished"
-        return [table, note, *self.warning_lines()]
+        return [*([f"warning: {self.folded}"] if self.folded else []), table, note, *self.warning_lines()]
 
 
 def _speed(turns: float) -> str:
@@ -164,8 +168,8 @@ def waterfall(
     Raises
     ------
     ValueError
-        If the source is invalid; if the run recorded no orbit, has unequal steps or is too short; or if a window is
-        longer than the run.
+        If the source is invalid; if the run recorded no orbit, has unequal steps or is too short; if a window is
+        longer than the run; or if `up_to` is more than half the sampling rate of a thinned record.
     KeyboardInterrupt
         If Ctrl-C interrupts the run.
 
@@ -191,14 +195,18 @@ def waterfall(
 
 def spectra_of(recorded: Signals, highest: float | None = None, window: Number | None = None) -> Waterfall:
     """Return the spectra of a recorded run up to a frequency (Hz), by default `ORDERS` times the spin frequency."""
-    if highest is None:
-        highest = ORDERS * float(np.abs(speed(recorded)).max(initial=0.0)) / (2.0 * np.pi) or UP_TO
-    time, after = np.asarray(recorded["time"].values), cycles(recorded) >= 0.0
+    recorded = judged(recorded)
+    time, after, folded = np.asarray(recorded["time"].values), cycles(recorded) >= 0.0, folding(recorded)
+    after[even_samples(time) :] = False
     time = time[after]
     steps = np.diff(time)
     if not len(steps) or not np.allclose(steps, steps[0], rtol=1e-6):
         raise ValueError("spectra require samples at equal steps, but the steps of the run differ")
     h, duration = float(steps[0]), float(time[-1] - time[0])
+    if highest is not None and folded:
+        require(highest <= 0.5 / h, "up-to", f"{highest:g} Hz", f"<= {0.5 / h:.4g} Hz, because {folded}")
+    if highest is None:
+        highest = ORDERS * float(np.abs(speed(recorded)).max(initial=0.0)) / (2.0 * np.pi) or UP_TO
     shortest = max(FEWEST * h, CYCLES / highest)
     if duration < shortest:
         has = f"the run has only {duration:.6g} s from cycle 0 on, in steps of {h:g} s"
@@ -249,6 +257,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         changing_speed=speed_changes(recorded),
         bearings=result,
         warnings=tuple(warning_sentences(warnings_of(recorded), recorded)),
+        folded=folded,
     )
 
 

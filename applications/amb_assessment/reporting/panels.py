@@ -20,6 +20,7 @@ from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
 from amb_cosim.results.orbits import directions, path, radius, support, turned_upright
 from amb_cosim.results.places import places
 from amb_cosim.results.signal_arrays import cycles, parameters, signal, speed, speed_changes
+from amb_cosim.results.thinned import judged
 from array_types import Array, Bools, Indices
 
 MOST_POINTS = 2400  # of a curve, at most
@@ -99,7 +100,7 @@ def panel_of(data: dict[str, Any]) -> Panel:
 
 def run_panels(run: Signals, others: Iterable[RunPanels] = ()) -> tuple[Panel, ...]:
     """Return the plots of a run: radii, forces, contact state, whirl speeds, the plots of `others`, and orbits."""
-    return tuple(_panels(run, others)) if run.sizes["time"] else ()
+    return tuple(_panels(judged(run), others)) if run.sizes["time"] else ()
 
 
 def horizontal_axis(run: Signals) -> tuple[Array, str, Bools]:

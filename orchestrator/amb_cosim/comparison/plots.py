@@ -51,6 +51,7 @@ from amb_cosim.results.plots.forces import (
 )
 from amb_cosim.results.plots.joined import draw_joined, orbit_line
 from amb_cosim.results.signal_arrays import cycles, finite_signals, speed_changes
+from amb_cosim.results.thinned import judged
 from amb_cosim.results.touchdown import height, touchdown
 from array_types import Array
 
@@ -64,12 +65,13 @@ LAST_TURNS = 2  # last cycles of a run whose orbit is drawn thick, so that no ot
 def overlays(runs: Runs) -> dict[str, Figure]:
     """Return the figures for which the runs have data, by name: `orbits`, `displacement`, `contact`."""
     drawn, runs = {}, {label: finite_signals(run)[0] for label, run in runs.items()}
+    of_steps = {label: judged(run) for label, run in runs.items()}
     with mpl.rc_context(STYLE):
         bearings = _union(places(run).bearings for run in runs.values() if run.sizes["time"])
         moving = [name for name in bearings if any(radius(run, name) is not None for run in runs.values())]
         if moving:
-            drawn["orbits"] = orbits(runs, moving)
-            drawn["displacement"] = displacement(runs, moving)
+            drawn["orbits"] = orbits(of_steps, moving)
+            drawn["displacement"] = displacement(of_steps, moving)
         sites = _union(touchable(run) for run in runs.values() if run.sizes["time"])
         touched = [name for name in sites if any(site_force(run, name) is not None for run in runs.values())]
         if touched:

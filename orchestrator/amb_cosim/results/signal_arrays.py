@@ -20,7 +20,7 @@ Path = Array  # x and y of a motion over time, shape (2, n)
 LARGEST = 1e100  # value in any unit whose powers and products stay finite
 MOST_NAMES = 6  # signals that a sentence names
 
-_CONTROL_ACTS = f"{CONTROLLER}.rolac_active"
+CONTROL_ACTS = f"{CONTROLLER}.rolac_active"
 
 
 def finite_signals(dataset: Signals) -> tuple[Signals, tuple[str, ...]]:
@@ -63,10 +63,14 @@ def at_every_step(dataset: Signals) -> Signals:
     if EACH_STEP not in dataset:
         return dataset
     time = dataset[EACH_STEP].values
-    coordinates = {"time": Samples(time, {}), "cycle": Samples(time / dataset.attrs["period_s"], {})}
+    coordinates = {"time": Samples(time, {})}
+    if "period_s" in dataset.attrs:  # a system without a scenario has no cycles
+        coordinates["cycle"] = Samples(time / dataset.attrs["period_s"], {})
     names = [name for name in variables_of(dataset) if name.endswith(AT_STEPS)]
     return SignalTable(
-        {name.removesuffix(AT_STEPS): Samples(dataset[name].values, {}) for name in names}, coordinates, dataset.attrs
+        {name.removesuffix(AT_STEPS): Samples(dataset[name].values, dataset[name].attrs) for name in names},
+        coordinates,
+        dataset.attrs,
     )
 
 
@@ -98,7 +102,8 @@ def shares_of_steps(dataset: Signals) -> dict[str, float] | None:
     The methods have the names of the plant's output `solver.method`. The result is None if this output was not
     recorded, or cycle 0 was not reached.
     """
-    names, dataset = flags(dataset, f"{PLANT}.solver.method"), at_every_step(dataset)
+    dataset = at_every_step(dataset)
+    names = flags(dataset, f"{PLANT}.solver.method")
     methods = signal(dataset, "solver.method")
     if methods is None or names is None or not (cycles(dataset) >= 0.0).any():
         return None
@@ -176,7 +181,7 @@ def change(dataset: Signals) -> float | None:
 
 def switched_on(dataset: Signals) -> float | None:
     """Return the cycle in which ROLAC starts; None if it is on from the beginning or never."""
-    if _CONTROL_ACTS not in dataset:
+    if CONTROL_ACTS not in dataset:
         return None
-    acts = np.asarray(dataset[_CONTROL_ACTS].values, dtype=bool)
+    acts = np.asarray(dataset[CONTROL_ACTS].values, dtype=bool)
     return float(cycles(dataset)[np.argmax(acts)]) if acts.any() and not acts[0] else None

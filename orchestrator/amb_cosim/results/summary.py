@@ -23,6 +23,7 @@ from amb_cosim.results.orbits import (
 from amb_cosim.results.places import places
 from amb_cosim.results.signal_arrays import event_name, finite_signals, not_finite, shares_of_steps, speed_changes
 from amb_cosim.results.stators import StatorTouch, stator_touches
+from amb_cosim.results.thinned import judged
 from amb_cosim.results.touchdown import Touchdown, touchdown
 from amb_cosim.results.verdict import Verdict, verdict
 from amb_cosim.results.warning_sentences import warning_sentences
@@ -183,7 +184,8 @@ class Summary:
 
 def summarise(dataset: Signals) -> Summary:
     """Compute the summary of a run from its data set; a notice names signals that are not finite and are left out."""
-    dataset, left_out = finite_signals(dataset)
+    recorded, left_out = finite_signals(dataset)
+    dataset = judged(recorded)
     simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
     first, last = contact_history.contact_cycles(dataset)
     sites = contact_history.touchable(dataset)
@@ -202,7 +204,7 @@ def summarise(dataset: Signals) -> Summary:
         real_time_factor=simulated / wall if wall > 0.0 else None,
         steps_by_method=shares_of_steps(dataset),
         peak_contact_force={site: contact_forces.peak_force(dataset, site) for site in sites},
-        peak_is_sampled={site: contact_forces.is_sampled(dataset, site) for site in sites},
+        peak_is_sampled={site: contact_forces.is_sampled(recorded, site) for site in sites},
         peak_band=places(dataset).valid_to,
         averaged_contact_force={site: contact_forces.largest_averaged_force(dataset, site) for site in sites},
         peak_impulse={site: contact_history.peak(dataset, f"{site}.impulse") for site in sites},

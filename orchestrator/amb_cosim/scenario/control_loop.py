@@ -85,6 +85,13 @@ def exciting_components(system: System) -> list[str]:
     return sorted({sender for sender, _ in links} - moved)
 
 
+def excitations(system: System) -> list[str]:
+    """Return the names of the signals by which `exciting_components` act on other components."""
+    sources = exciting_components(system)
+    fed = {link.source for link in system.connections if system.split(link.source)[0] in sources}
+    return sorted(name for name in fed if not is_rotation(system.split(name)[1]))
+
+
 def is_rotation(variable: str) -> bool:
     """Return whether a variable of the plant or of a controller describes the rotation of the rotor."""
     return variable in ("Omega", "Omega_dot", "speed", "theta") or variable.startswith("drive.")

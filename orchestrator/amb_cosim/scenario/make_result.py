@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.record.recorder import Recorder
-from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, SignalTable
+from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals, SignalTable
 from amb_cosim.cosim.record.warnings import ATTRIBUTE as WARNINGS
 from amb_cosim.cosim.record.warnings import WarningRecord, to_json, warnings_of
 from amb_cosim.cosim.run.dataset import parameters_of, step_times, steps_of, to_signals
@@ -24,7 +24,8 @@ from amb_cosim.results.power import with_power
 from amb_cosim.results.result import Result
 from amb_cosim.results.signal_arrays import speed
 from amb_cosim.results.stability import EXCITATIONS, LAST_CHANGE, SOURCES
-from amb_cosim.scenario.control_loop import exciting_components, is_rotation
+from amb_cosim.results.thinned import judged
+from amb_cosim.scenario.control_loop import excitations, exciting_components
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
 from amb_cosim.scenario.known_loop import loop_at_the_end
 from amb_cosim.scenario.plan import ScenarioPlan
@@ -85,11 +86,12 @@ def make_result(plan: ScenarioPlan, recording: Recording) -> Result:
     return Result(table, recording.outcome, recording.checkpoints)
 
 
-def _loop(plan: ScenarioPlan, table: SignalTable) -> dict[str, str]:
+def _loop(plan: ScenarioPlan, table: Signals) -> dict[str, str]:
     """Return the attribute with the stability of the loop at the end of a run; empty if it decides nothing."""
+    table = judged(table)
     if not is_supported(table):
         return {}
-    end = float(table.coordinates["time"].values[-1])
+    end = float(table["time"].values[-1])
     known = loop_at_the_end(plan, end, float(speed(table)[-1]))
     return {} if known is None else {LOOP: known.to_json()}
 
@@ -112,16 +114,14 @@ def _landmarks(plan: ScenarioPlan, recorder: Recorder) -> dict[str, Any]:
     changes = (*(n for n, _, _ in plan.events), *(n for n, _ in plan.profile))
     within = [n for n in changes if n <= recorder.reached]
     inputs = [ramp for ramp in plan.ramps if ramp.variable != SPEED]
-    recorded = int(recorder.points[-1]) if len(recorder.points) else 0  # of a thinned record, before the end
-    last = max([*within, *(_changes_until(ramp, recorded) for ramp in inputs)], default=0)
+    last = max([*within, *(_changes_until(ramp, recorder.reached) for ramp in inputs)], default=0)
     common: dict[str, Any] = {"period_s": plan.period, "speed_rad_s": plan.speed}
     if plan.profile:
         common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in plan.profile])
     system = plan.system
     if sources := exciting_components(system):
         common[SOURCES] = json.dumps(sources)
-        fed = {link.source for link in system.connections if system.split(link.source)[0] in sources}
-        common[EXCITATIONS] = json.dumps(sorted(name for name in fed if not is_rotation(system.split(name)[1])))
+        common[EXCITATIONS] = json.dumps(excitations(system))
     return {**common, **cycles, **labels, LAST_CHANGE: last * cycle}
 
 

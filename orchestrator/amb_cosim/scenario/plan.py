@@ -12,9 +12,11 @@ from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Experiment, InputChange, Plan, Profile
 from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.cosim.system.values import Raw, convert, plain_number, quantity
-from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.places import RotorPlaces, places_of
-from amb_cosim.scenario.control_loop import check_control_loop
+from amb_cosim.results.signal_arrays import CONTROL_ACTS
+from amb_cosim.results.stability import needed as judged_by_stability
+from amb_cosim.scenario.control_loop import check_control_loop, excitations
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.far_values import StatedValues
 from amb_cosim.scenario.gravity import set_gravity
@@ -142,7 +144,7 @@ def _experiment(
         recorded=scenario.record.variables if recorded is None else (),
         essential=_essential(places_of(assembly)) if recorded is None else tuple(recorded),
         record_every=scenario.record.every,
-        each=_contact(places_of(assembly)) if scenario.record.every > 1 else {},
+        each=_judged(assembly, profiles) if scenario.record.every > 1 else {},
         record_settling=bool(scenario.record.settling),
         settling=scenario.settling,
         period=period,
@@ -267,14 +269,23 @@ def _essential(places: RotorPlaces) -> tuple[str, ...]:
     return tuple(f"{PLANT}.{name}" for name in (*of_places, *measured, "contact_state", "energy.*"))
 
 
-def _contact(places: RotorPlaces) -> dict[str, OverStep | None]:
-    """Return the variables that figures and summaries of contact need at every step, and their rules over a step."""
+def _judged(assembly: Assembly, profiles: Sequence[Profile]) -> dict[str, OverStep | None]:
+    """Return the variables that are judged at every step, and their rules over a step.
+
+    Summaries, figures and spectra need them: contact, displacements, currents and forces of magnets, limits, and inputs
+    that vary. A few of their samples would show vibrations at wrong frequencies, and would miss their extremes.
+    """
+    places = places_of(assembly)
     forces = ("f_n", "f_n_peak", "f_n_mean", "impulse")
     of_sites = (*forces, "mode", "whirl_speed", "race_speed", "friction_power", "heat")
-    of_plant = ("contact_state", "energy.*", "speed", *(f"{at}.{name}" for at in places.contacts for name in of_sites))
-    result: dict[str, OverStep | None] = dict.fromkeys(f"{PLANT}.{name}" for name in of_plant)
-    result |= {f"{PLANT}.{at}.temperature": "largest" for at in places.contacts}
-    return result | {f"{ACTUATOR}.*.amplifier_off_?": None}
+    of_plant = ["contact_state", "energy.*", "speed", *(f"{at}.{name}" for at in places.contacts for name in of_sites)]
+    of_plant += [f"{at}.[xy]" for at in (*places.bearings, *places.contacts)]
+    if PLANT in assembly.interfaces:  # also sensors, gaps and housings
+        of_plant += [port.name for port in assembly.interfaces[PLANT].of("output") if port.unit == "m"]
+    result: dict[str, OverStep | None] = {f"{PLANT}.{at}.temperature": "largest" for at in places.contacts}
+    of_magnets = (f"{CONTROLLER}.*.i_?", f"{ACTUATOR}.*.f_?", CONTROL_ACTS, *judged_by_stability())
+    varying = (*excitations(assembly.system), *(profile.variable for profile in profiles))
+    return result | dict.fromkeys((*(f"{PLANT}.{name}" for name in of_plant), *of_magnets, *varying))
 
 
 def _scaled(

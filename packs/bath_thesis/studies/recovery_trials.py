@@ -11,6 +11,7 @@ from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.results.contact_history import contact_cycles, recovered
+from amb_cosim.results.thinned import judged
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario
@@ -118,7 +119,8 @@ def simulate_trial(trial: RecoveryTrial) -> TrialRow:
     result = execute(prepare_trial(trial), trial.options)
     if result.outcome.failure is not None:
         raise ValueError(f"{trial.control.label}, {trial.added:g} kg m added: {result.outcome.failure}")
-    return row_of(trial, bool(recovered(result.signals)), contact_cycles(result.signals)[1])
+    signals = judged(result.signals)
+    return row_of(trial, bool(recovered(signals)), contact_cycles(signals)[1])
 
 
 def row_of(trial: RecoveryTrial, is_free: bool, last: float | None) -> TrialRow:

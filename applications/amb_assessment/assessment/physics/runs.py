@@ -18,6 +18,7 @@ from amb_cosim.cosim.run.options import RunOptions, Saves
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_forces import touches
 from amb_cosim.results.result import Result
+from amb_cosim.results.thinned import judged
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.simulation import execute
 from array_types import Array
@@ -258,11 +259,11 @@ def settling_cycles(subject: AssessedMachine, Omega: float) -> float:
 def clearance_used(subject: AssessedMachine, result: Result) -> dict[str, Array]:
     """Return the displacement relative to the clearance at every place that the rotor can touch, from cycle 0 on.
 
-    This ratio is taken at the recorded samples, and it is at least 1 at the end of a step in which the rotor touches
-    the place. At a face, the ratio describes the displacement along the shaft, and it is 0 if the rotor moves away from
-    the face.
+    This ratio is taken at every step (see `judged`), and it is at least 1 at the end of a step in which the rotor
+    touches the place. At a face, the ratio describes the displacement along the shaft, and it is 0 if the rotor moves
+    away from the face.
     """
-    signals, used = result.signals, {}
+    signals, used = judged(result.signals), {}
     has_settled = _recorded(result) >= 0.0
     for name, place in subject.clearances.items():
         x, y = (np.asarray(signals[f"{PLANT}.{place.signal}.{axis}"].values)[has_settled] for axis in "xy")
@@ -282,7 +283,7 @@ def times_of(result: Result) -> Array:
 
 
 def _recorded(result: Result) -> Array:
-    return np.asarray(result.signals["time"].values)
+    return np.asarray(judged(result.signals)["time"].values)
 
 
 def without_power(subject: AssessedMachine, cycle: float, friction: float = FRICTION) -> dict[str, Any]:

@@ -36,6 +36,8 @@ class WarningRecord:
         First and last time at which it was true (s); the first may be before time 0, during settling.
     share
         Share of the time from 0 on for which it was true. `last` and `share` are None if the output was not recorded.
+    sampled
+        Whether `last` and `share` are those of a thinned record's samples, not of all steps.
     """
 
     component: str
@@ -45,6 +47,7 @@ class WarningRecord:
     first: float | None = None
     last: float | None = None
     share: float | None = None
+    sampled: bool = False
 
 
 def of_component(
@@ -164,8 +167,8 @@ def _when(alike: Sequence[WarningRecord]) -> str:
         return f"; first at {begin}" if first >= 0.0 else f"; first {begin}"
     share = max(warned.share for warned in alike if warned.share is not None)
     most = "up to " if len(alike) > 1 else ""
-    end = f"{last:.4g} s"
-    return f"; {f'at {end}' if begin == end else f'from {begin} to {end}'}, {most}{_percent(share)} of the time"
+    end, total = f"{last:.4g} s", "samples" if any(warned.sampled for warned in alike) else "time"
+    return f"; {f'at {end}' if begin == end else f'from {begin} to {end}'}, {most}{_percent(share)} of the {total}"
 
 
 def _percent(share: float) -> str:

@@ -7,6 +7,7 @@ import json
 import platform
 import subprocess
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -193,7 +194,7 @@ def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord
         *(warnings.WarningRecord("parameters", "", text, text) for text in plan.warnings),
         *(warnings.WarningRecord("events", "", text, text, first=time) for time, text in plan.partial_events),
     ] + [
-        warned
+        replace(warned, sampled=warned.share is not None and plan.record_every > 1)
         for component, interface in recording.plan.interfaces.items()
         for warned in warnings.of_component(
             component,

@@ -17,7 +17,8 @@ from amb_cosim.results.energies import energies
 from amb_cosim.results.magnet_limits import is_magnetic
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
-from amb_cosim.results.signal_arrays import finite_signals, not_finite, speed_changes
+from amb_cosim.results.signal_arrays import at_every_step, finite_signals, not_finite, speed_changes
+from amb_cosim.results.thinned import judged
 from amb_cosim.results.touchdown import touchdown
 from amb_files.atomic import plain_file
 
@@ -84,6 +85,8 @@ class Plots:
     def __call__(self, *variables: str, begin: Raw | None = None, until: Raw | None = None) -> Figure:
         """Draw variables over time: `plot("left.x", "*.f_n", begin="cycle 4", until="0.3 s")`.
 
+        If a thinned record has all of them at every step, these values are drawn.
+
         Parameters
         ----------
         variables
@@ -105,7 +108,11 @@ class Plots:
         from amb_cosim.results.selection import select
 
         with mpl.rc_context(STYLE):
-            return traces(select(self._dataset, variables, begin, until, tuple(MODULES)))
+            selection = select(self._dataset, variables, begin, until, tuple(MODULES))
+            steps = at_every_step(self._dataset)
+            if all(name in steps for name in selection.names):
+                selection = select(steps, selection.names, begin, until)
+            return traces(selection)
 
     def __repr__(self) -> str:
         methods = ", ".join(f"{name}()" for name in MODULES)
@@ -146,7 +153,7 @@ def figure(dataset: Signals, name: str) -> Figure:
 
     draw: Callable[[Signals], Figure] = getattr(import_module(f"{__name__}.{MODULES[name]}"), name)
     with mpl.rc_context(STYLE):
-        return draw(dataset)
+        return draw(dataset if name == "contact" else judged(dataset))  # contact itself selects steps
 
 
 def draw_all(dataset: Signals, folder: Path) -> list[Path]:

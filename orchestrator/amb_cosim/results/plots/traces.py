@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import common_words
-from amb_cosim.presentation.style import COLOURS, StyledFigure, fitted, write_title
+from amb_cosim.presentation.style import COLOURS, StyledFigure, fitted, write_in_corner, write_title
 from amb_cosim.presentation.units import QUANTITIES, ShownUnit, force_unit, length_unit, speed_unit
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.places import places
@@ -23,7 +23,7 @@ from amb_cosim.results.plots.axes import (
     title_padding,
 )
 from amb_cosim.results.selection import Selection
-from amb_cosim.results.signal_arrays import LARGEST, finite_signals, flags
+from amb_cosim.results.signal_arrays import LARGEST, finite_signals, flags, thinning
 from array_types import Array
 
 MOST_NAMED = 8  # curves of a panel that its legend names
@@ -58,6 +58,8 @@ def traces(selection: Selection) -> Figure:
         else:
             panel.set_ylabel("dimensionless" if unit == "1" else display_unit.label)
         _name_curves(panel, len(names))
+    if (every := thinning(dataset)) > 1:
+        write_in_corner(panels[0], f"one sample per {every} steps; fast vibration looks slow")
     if has_cycles:
         label_time_axis(panels[-1], dataset)
         for panel in panels:
