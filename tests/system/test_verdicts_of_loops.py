@@ -12,6 +12,7 @@ import pytest
 import amb_cosim
 from amb_cosim.results.loop_stability import ATTRIBUTE, known_loop
 from amb_cosim.results.summary import summarise
+from amb_cosim.scenario import known_loop as known_loop_module
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.worker import Runner, Task
 from tests.support.messages import assert_names
@@ -156,6 +157,24 @@ def test_a_sweep_has_the_same_words(loop):
     words = [runner.run(0, {"fmu.rolac_controller": loop(gain).fmu["rolac_controller"]}).outcome for gain in (0.0, 1.1)]
     runner.close()
     assert words == ["unstable", "completed"]
+
+
+def test_a_kept_answer_is_that_of_the_same_loop_alone(loop, monkeypatch):
+    """Run again with other unbalance, it is read from beside the rotor's FMU; with another gain or speed it is not."""
+    first = run(loop(1.1), 0.004).dataset.attrs[ATTRIBUTE]
+
+    class Computed(Exception):
+        pass
+
+    def compute(*_):
+        raise Computed
+
+    monkeypatch.setattr(known_loop_module, "_computed", compute)
+    again = run(loop(1.1, inputs={"rotor_contact": {"centre.u": "0.3 g.mm"}}), 0.008)
+    assert again.dataset.attrs[ATTRIBUTE] == first
+    for other in (loop(1.1, Omega="9011 rpm"), loop(1.1, integral=11.0)):
+        with pytest.raises(Computed):
+            run(other, 0.004)
 
 
 @pytest.mark.parametrize("changed", [{"left.amplifier_off_x": True}, {"left.stuck_x": True}])
