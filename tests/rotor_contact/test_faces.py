@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rotor_cases import BEARINGS, H, check_collected, memory, plant, run
+from scipy.integrate import solve_ivp
 from upright_pump import START, P, landing, pump, set_lateral, upright
 
 from rotor_analysis.parts import Face, ThrustDisc
@@ -275,6 +276,50 @@ def test_an_impact_with_a_lean_kicks_sideways_against_the_slip():
     v = memory(x).z[4:8]
     assert v[1] == pytest.approx(kick, rel=0.01)
     assert abs(v[0]) < 0.02 * abs(kick)
+
+
+def kick_of(lean, e, mu=0.2):
+    """Lateral velocity after an impact, mu/m times the integral of N c/R, integrated from touch to release by events.
+
+    The ring touches from the penetration -a on, a = R u, and all around from a on; it leaves when N would pull.
+    """
+    a, d, k = R * lean, damping_of(e, P["k"], MASS), P["k"]
+
+    def forces(z, speed):
+        delta, rate = -z - GAP, -speed
+        p = np.arccos(np.clip(-delta / a, -1.0, 1.0))
+        normal = k * (delta * p + a * np.sin(p)) + d * rate * p
+        moment = k * (delta * np.sin(p) + a * (p / 2.0 + np.sin(2.0 * p) / 4.0)) + d * rate * np.sin(p)
+        return max(normal, 0.0) / np.pi, min(moment, max(normal, 0.0)) / np.pi, normal
+
+    def rates(t, y):
+        normal, moment, _ = forces(*y[:2])
+        return [y[1], normal / MASS - G, mu / MASS * moment]
+
+    def leaves(t, y):
+        return forces(*y[:2])[2] if y[1] > 0.0 else 1.0
+
+    leaves.terminal = True
+    begin = [a - GAP, -np.sqrt(2.0 * G * (GAP - a)), 0.0]
+    found = solve_ivp(rates, (0.0, 5e-3), begin, rtol=1e-9, atol=1e-14, max_step=2e-6, events=leaves)
+    assert found.t_events[0].size == 1
+    return found.y[2, -1]
+
+
+@pytest.mark.parametrize("h", [50e-6, 10e-6])
+@pytest.mark.parametrize(
+    ("e", "lean", "of_seat"), [(0.3, 1e-5, 0.0), (0.3, 1e-4, 0.0), (0.7, 3e-5, 0.0), (0.2, 3e-6, 1.0)]
+)
+def test_an_impact_counts_the_time_in_which_one_side_of_the_ring_touches(h, e, lean, of_seat):
+    """In these 1 to 40 us the dampers press on that side alone, which is up to a third of the kick."""
+    rotor = pump(at=2, body=(MASS, 1e3, P["Jp"]))
+    values = {"seat.mu": 0.2, "seat.restitution": e, "Omega": 500.0, "lower.enabled": 0.0, "upper.enabled": 0.0}
+    x = upright(values | {"seat.seat_tilt_x": -of_seat * lean}, rotor)
+    set_lateral(x, 0.0, 0.0, (1.0 - of_seat) * lean, 0.0)
+    for n in range(round(9e-3 / h)):
+        x.step(n * h, h)
+    assert x["seat.mode"] == 0.0
+    assert memory(x).z[5] == pytest.approx(-kick_of(lean, e), rel=3e-3)
 
 
 @pytest.mark.parametrize("free", [0.0, 1.0], ids=["given speed", "free spin"])

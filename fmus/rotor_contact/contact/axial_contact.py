@@ -13,7 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from fmi_export.jit import kernel, noinline_kernel
-from rotor_contact.contact.faces import Face, FaceRecords, half_of_contact, penetration, spring_force, stored_in_face
+from rotor_contact.contact.faces import (
+    Face,
+    FaceRecords,
+    add_ring,
+    half_of_contact,
+    penetration,
+    scale_ring,
+    spring_force,
+    stored_in_face,
+)
 from rotor_contact.forces.axial_motion import force_along, responses
 from rotor_contact.shaft.lobatto import greatest_of_parabola
 
@@ -64,7 +73,8 @@ def move_onto_faces(
     The record of each face receives its force, the impulse and the peak of this force, and the heat due to compression.
     """
     for face in faces:
-        face.part_impulse = face.part_depth = face.part_way = face.part_time = face.loss = 0.0
+        face.part_impulse = face.part_time = face.loss = 0.0
+        scale_ring(face, 0.0)
     begin: float = motion.z
     gradient: float = inputs.gradient
     left, phases = t, 0
@@ -77,7 +87,7 @@ def move_onto_faces(
         face.share = min(face.part_time / t, 1.0)
         if face.part_time > 0.0:
             face.force = face.part_impulse / face.part_time
-            face.depth, face.closing = face.part_depth / face.part_time, face.part_way / face.part_time
+            scale_ring(face, 1.0 / face.part_time)
         face.f_n = _force(face, motion.z, motion.speed) if face.is_pressed != 0.0 else 0.0
     way: float = motion.z - begin
     work: float = (force_along(mass, gravity, parameters, inputs, begin) + 0.5 * gradient * way) * way
@@ -236,11 +246,13 @@ def _instant(face: Face, phase: Phase, length: float) -> float:
 
 @kernel
 def _collect(face: Face, phase: Phase, length: float, end: Moved) -> None:
-    """Collect the time, depth, travel, impulse and largest force of a pressed face in a phase."""
-    face.part_time += length
-    face.part_depth += penetration(face, phase.z) * length - face.side * end.sum_of_way
-    face.part_way -= face.side * end.way
-    face.part_impulse += face.at_start * length - face.side * (face.slope * end.sum_of_way + face.drag * end.way)
+    """Collect the time, impulse, moment of the ring (by Simpson's rule) and largest force of a pressed face."""
     half = _after(phase, 0.5 * length)
+    delta, sixth = penetration(face, phase.z), length / 6.0
+    face.part_time += length
+    add_ring(face, delta, -face.side * phase.speed, sixth)
+    add_ring(face, delta - face.side * half.way, -face.side * half.speed, 4.0 * sixth)
+    add_ring(face, delta - face.side * end.way, -face.side * end.speed, sixth)
+    face.part_impulse += face.at_start * length - face.side * (face.slope * end.sum_of_way + face.drag * end.way)
     begin, middle = _push(face, 0.0, phase.speed), _push(face, half.way, half.speed)
     face.f_n_peak = max(face.f_n_peak, greatest_of_parabola(begin, middle, _push(face, end.way, end.speed)))

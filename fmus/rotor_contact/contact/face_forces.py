@@ -17,11 +17,13 @@ from fmi_export.model import Array
 from rotor_contact.contact.faces import (
     LEAST_SLIP,
     Face,
+    add_ring,
     eccentricity,
     faces_of,
     friction,
     penetration,
     pressure,
+    scale_ring,
     stored_in_face,
 )
 from rotor_contact.contact.workspace import Workspace, energy_integrals, face_integrals, site_integrals, stages_of
@@ -336,7 +338,8 @@ def write_face(
     u_x, u_y = lean_of(w, k, q)
     rate_x, rate_y = lean_of(w, k, v)
     set_lean(face, u_x, u_y)
-    face.depth, face.closing = penetration(face, z), -face.side * speed
+    scale_ring(face, 0.0)
+    add_ring(face, penetration(face, z), -face.side * speed, 1.0)
     p_x, p_y, _ = pressure(face, u_x, u_y, rate_x, rate_y)
     e_x, e_y = eccentricity(face.f_n, p_x, p_y) if face.is_pressed != 0.0 else (0.0, 0.0)
     y.gap = face.clearance + face.side * (z - face.rise)

@@ -56,6 +56,12 @@ COLLECTED = (  # fields of `FACE` that are zero when a step begins
     ("sliding_power", np.float64),  # heat flow (W) of friction and
     ("rocking_power", np.float64),  # of compression by lean
 )
+RING = (  # coefficients of the moment (1) of a ring
+    ("depth_moment", np.float64),  # delta sin p (m)
+    ("closing_moment", np.float64),  # delta' sin p (m/s)
+    ("share_along", np.float64),  # p/2 + sin(2 p)/4, and
+    ("share_across", np.float64),  # p/2 - sin(2 p)/4 (rad)
+)
 # A face during a step: its parameters, in the order of the interface, its place, and what changes.
 FACE = record(
     *((name, np.float64) for name in FACE_PARAMETERS.names or ()),
@@ -74,11 +80,8 @@ FACE = record(
     ("drag", np.float64),
     ("rocking", np.float64),  # and the force (N) of its lean's rate
     *COLLECTED,
-    ("depth", np.float64),  # means of the time of a part in which the seat pushes: delta (m) and
-    ("closing", np.float64),  # its rate (m/s)
-    ("part_impulse", np.float64),  # integrals over a part while the seat pushes: of N (N s),
-    ("part_depth", np.float64),  # of delta (m s),
-    ("part_way", np.float64),  # of its rate (m), and
+    *RING,  # means of the time of a part in which the seat pushes
+    ("part_impulse", np.float64),  # integrals over a part while the seat pushes: of N (N s), and
     ("part_time", np.float64),  # of time (s)
     ("slopes", np.float64, 24),  # of forces x, y (N) and moments x, y (N m), each by x and y of lean, its rate and slip
 )
@@ -196,22 +199,42 @@ def stored_in_face(face: Face, delta: float, lean: float) -> float:
 
 
 @kernel
+def add_ring(face: Face, delta: float, closing: float, weight: float) -> None:
+    """Add to the coefficients `RING` their values at a penetration (m) and its rate (m/s), times a weight."""
+    half = half_of_contact(delta, face.lean)
+    sine, of_sum, of_difference = math.sin(half), 0.5 * half, 0.25 * math.sin(2.0 * half)
+    face.depth_moment += weight * delta * sine
+    face.closing_moment += weight * closing * sine
+    face.share_along += weight * (of_sum + of_difference)
+    face.share_across += weight * (of_sum - of_difference)
+
+
+@kernel
+def scale_ring(face: Face, factor: float) -> None:
+    """Multiply the coefficients `RING` by a factor."""
+    face.depth_moment *= factor
+    face.closing_moment *= factor
+    face.share_along *= factor
+    face.share_across *= factor
+
+
+@kernel
 def pressure(face: Face, u_x: float, u_y: float, rate_x: float, rate_y: float) -> tuple[float, float, float]:
     """Return N c/R (N) in x and y for a lean u (rad) and its rate (rad/s), and the heat flow (W) of the dampers.
 
-    The penetration and its rate are means over the time during which the seat pushes in a part of a step. The heat flow
-    includes only the share due to the lean.
+    The coefficients `RING` are means over the time during which the seat pushes in a part of a step. A change of the
+    lean within the part leaves them as they are: at the edge of the contact the ring's penetration is 0, so that a
+    change of p has no effect of first order on the force of the springs. The heat flow includes only the share due to
+    the lean.
     """
     R, k, d = face.side * face.radius, face.stiffness / math.pi, face.damping / math.pi
     a_x, a_y, b_x, b_y = R * (u_x - face.seat_tilt_x), R * (u_y - face.seat_tilt_y), R * rate_x, R * rate_y
     a = math.hypot(a_x, a_y)
     n_x, n_y = (a_x / a, a_y / a) if a > 0.0 else (1.0, 0.0)
-    half = half_of_contact(face.depth, a)
-    sine, of_sum, of_difference = math.sin(half), 0.5 * half, 0.25 * math.sin(2.0 * half)
     along, across = n_x * b_x + n_y * b_y, n_x * b_y - n_y * b_x
-    viscous = d * (face.closing * sine + along * (of_sum + of_difference))
-    sideways = d * across * (of_sum - of_difference)
-    total = k * (face.depth * sine + a * (of_sum + of_difference)) + viscous
+    viscous = d * (face.closing_moment + along * face.share_along)
+    sideways = d * across * face.share_across
+    total = k * (face.depth_moment + a * face.share_along) + viscous
     return (
         n_x * total - n_y * sideways,
         n_y * total + n_x * sideways,
