@@ -99,15 +99,16 @@ def flags(dataset: Signals, label: str) -> dict[int, str] | None:
 def shares_of_steps(dataset: Signals) -> dict[str, float] | None:
     """Return the share of the steps from cycle 0 on that the plant computed by each method.
 
-    The methods have the names of the plant's output `solver.method`. The result is None if this output was not
-    recorded, or cycle 0 was not reached.
+    The methods have the names of the plant's output `solver.method`. A sample has the method of the step that ends at
+    it, so that the sample at cycle 0 does not count. The result is None if this output was not recorded, or if no step
+    follows cycle 0.
     """
     dataset = at_every_step(dataset)
     names = flags(dataset, f"{PLANT}.solver.method")
-    methods = signal(dataset, "solver.method")
-    if methods is None or names is None or not (cycles(dataset) >= 0.0).any():
+    methods, after = signal(dataset, "solver.method"), cycles(dataset) > 0.0
+    if methods is None or names is None or not after.any():
         return None
-    shares = {name: float(np.mean(methods[cycles(dataset) >= 0.0] == value)) for value, name in names.items()}
+    shares = {name: float(np.mean(methods[after] == value)) for value, name in names.items()}
     return {name: share for name, share in shares.items() if share > 0.0}
 
 
