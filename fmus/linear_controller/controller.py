@@ -28,7 +28,7 @@ from linear_controller.records import (
 )
 from signal_chain.presets import is_on
 from signal_chain.readings import read
-from signal_chain.sampling import is_due, is_too_long
+from signal_chain.sampling import aligned, is_due, is_too_long
 
 FAULT_LONG_STEP = 1
 FAULT_LIMITS = 10  # plus the number of the demand
@@ -136,11 +136,10 @@ def step(
     common, head = p.common[0], memory.head[0]
     if is_too_long(time, step_size, common.sample_time):
         return FAULT_LONG_STEP
-    if head.n_samples == 0.0:
-        head.begin = time
+    head.begin = aligned(head.begin, head.n_samples, time, step_size, common.sample_time)
     late = common.delay + (1.0 if is_on(common.chain.preset, common.chain.delay) else 0.0)
     fraction = late - math.floor(late)
-    due = is_due(head.begin + head.n_samples * common.sample_time, time, step_size)
+    due = is_due(head.begin + head.n_samples * common.sample_time, time, step_size, common.sample_time)
     if not due and fraction == 0.0:
         return UNCHANGED
     y, matrices = outputs_of(outputs, sizes), matrices_of(constants)

@@ -30,7 +30,7 @@ from rolac_controller.state import State, Work, linear_state, n_state, n_work, s
 from rolac_controller.synchronous import permitted_status, update_forces
 from signal_chain.demands import converted, dac_of, within_converter
 from signal_chain.presets import is_on
-from signal_chain.sampling import is_due, is_too_long
+from signal_chain.sampling import aligned, is_due, is_too_long
 
 SPEED_RATIO = 2.0  # between the input Omega and the speed over the window's revolution
 
@@ -200,9 +200,8 @@ def step(
     sample_time, prediction_time, head = p.common[0].sample_time, p.common[0].prediction_time, memory.head[0]
     if is_too_long(time, step_size, sample_time):
         return FAULT_LONG_STEP
-    if head.n_samples == 0.0:
-        head.begin = time
-    due = is_due(head.begin + head.n_samples * sample_time, time, step_size)
+    head.begin = aligned(head.begin, head.n_samples, time, step_size, sample_time)
+    due = is_due(head.begin + head.n_samples * sample_time, time, step_size, sample_time)
     if not due and prediction_time == 0.0:
         return UNCHANGED
     w = work_of(work, sizes)

@@ -150,6 +150,20 @@ def test_a_step_across_samples_is_split_at_them(extracted: Callable[..., Path]) 
         assert coarse_outputs[name] == pytest.approx(fine_outputs[name], rel=1e-6), name
 
 
+@pytest.mark.parametrize("samples", [1.0, 4.0 / 3.0, 0.4, 0.25, 2.5, 3.0])
+def test_rounding_of_the_times_of_a_host_moves_no_sample(samples: float, extracted: Callable[..., Path]) -> None:
+    """Times that are late by up to half a millionth of the sample, as those of a host that adds up its steps."""
+    h, late = samples * T, np.random.default_rng(1).uniform(0.0, 5e-7 * T, 60).tolist()
+    exact, rounded = (Host(extracted("fig4_9")).begin(rotor_contact__d1__u=0.02) for _ in range(2))
+    currents: list[list[float]] = []
+    for k, rounding in enumerate(late):
+        assert exact.step(k * h, h) == rounded.step(k * h + rounding, h) == 0
+        currents.append([host.read()["rolac_controller.mb1.i_x"] for host in (exact, rounded)])
+    right, found = np.array(currents).T
+    assert np.unique(right).size == min(60, round(60 * samples))
+    np.testing.assert_allclose(found, right, atol=1e-5 * np.ptp(right))
+
+
 def test_the_speed_rises_within_a_long_step(extracted: Callable[..., Path]) -> None:
     slope, n = 400.0, 8  # rad/s2
     fine, long = (Host(extracted("fig4_9")).begin(Omega_dot=slope) for _ in range(2))

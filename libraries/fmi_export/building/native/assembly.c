@@ -270,32 +270,47 @@ static int64_t initialise_assembly(Run *run)
     return 0;
 }
 
-/* An instant less than `TOLERANCE` steps before the end of a part's step belongs to the next step, and a step that
-   differs from the sample time by rounding only has that length; as in rolac_controller, whose samples these are. */
-static const double TOLERANCE = 1e-3, SAME = 1e-9, ROUNDING = 1e-15;
-static const double LONGEST_STEP = 1.0 + 1e-9, ROUNDING_OF_STEP = 4.5e-16;
+/* When samples are due and what a host's time may differ by, as in signal_chain/sampling.py, by whose rules a part
+   samples. A step that differs from the sample time by rounding of the times only has that length. */
+static const double TOLERANCE = 1e-3, ROUNDING = 1e-6, ROUNDING_OF_TIME = 4.5e-16;
+static const double SAME = 1e-9, SAME_TIME = 1e-15;
 static const double MOST_SAMPLES = 1e6; /* in a step: more would take minutes and seem to hang */
 
-/* The next instant; before the first one, `time`, at which the first step begins. */
-static double next_instant(const Clock *clock, double time, double sample_time)
+/* The largest difference between an instant and the communication point that it stands for. */
+static double rounding(double time, double step_size, double sample_time)
 {
-    return clock->count > 0.0 ? clock->begin + clock->count * sample_time : time;
+    return fmin(ROUNDING * sample_time + ROUNDING_OF_TIME * fabs(time), 0.5 * step_size);
 }
 
-static int is_due(double instant, double time, double step_size)
+/* How close to the beginning or the end of a step an instant is taken to be there. */
+static double tolerance(double time, double step_size, double sample_time)
 {
-    return instant < time + (1.0 - TOLERANCE) * step_size;
+    return fmax(TOLERANCE * fmin(step_size, sample_time), rounding(time, step_size, sample_time));
+}
+
+/* The next instant. It is `time` if it differs from that by rounding, and before the first step. */
+static double next_instant(Clock *clock, double time, double step_size, double sample_time)
+{
+    const double elapsed = clock->count * sample_time, late = time - (clock->begin + elapsed);
+    if (clock->count == 0.0 || fabs(late) <= rounding(time, step_size, sample_time))
+        clock->begin = time - elapsed;
+    return clock->begin + elapsed;
+}
+
+static int is_due(double instant, double time, double step_size, double sample_time)
+{
+    return instant < time + step_size - tolerance(time, step_size, sample_time);
 }
 
 /* The size of the first piece of the step of `step_size` from `time`. It has the next instant at its beginning or not
    at all, and is no longer than the sample time. */
 static double piece(double instant, double time, double step_size, double sample_time)
 {
-    if (!is_due(instant, time, step_size))
+    if (!is_due(instant, time, step_size, sample_time))
         return step_size;
-    if (instant > time + TOLERANCE * fmin(step_size, sample_time))
+    if (instant > time + tolerance(time, step_size, sample_time))
         return instant - time;
-    return step_size > LONGEST_STEP * sample_time + ROUNDING_OF_STEP * fabs(time) ? sample_time : step_size;
+    return step_size > sample_time + rounding(time, step_size, sample_time) ? sample_time : step_size;
 }
 
 /* Set the inputs that have a slope to their values at the time `elapsed` after the beginning of the step. */
@@ -312,7 +327,8 @@ static End step_parts(Run *run, double time, double step_size, double sample_tim
 {
     struct Assembly *assembly = run->assembly;
     Clock *clock = assembly->clock;
-    const int due = is_due(next_instant(clock, time, sample_time), time, step_size);
+    const double instant = next_instant(clock, time, step_size, sample_time);
+    const int due = is_due(instant, time, step_size, sample_time);
     assembly->program.start_time = time;
     assembly->program.jacobi = assembly->wiring->jacobi != 0;
     for (size_t k = 0; k < run->data.n_parts; k++) {
@@ -322,10 +338,8 @@ static End step_parts(Run *run, double time, double step_size, double sample_tim
         assembly->step_sizes[k] = n == 1 ? step_size : (double)n * sample_time;
     }
     End end = call_parts(assembly, due ? (intptr_t)clock->count : 1);
-    if (due) {
-        clock->begin = clock->count > 0.0 ? clock->begin : time;
+    if (due)
         clock->count += 1.0;
-    }
     return end;
 }
 
@@ -348,7 +362,7 @@ static void gather(const Run *run, int begins, double share)
 static int64_t step_assembly(Run *run, double time, double step_size)
 {
     const Wiring *wiring = run->assembly->wiring;
-    const Clock *clock = run->assembly->clock;
+    Clock *clock = run->assembly->clock;
     const double sample_time = wiring->sample_time < 0 ? wiring->step_size : run->values[wiring->sample_time];
     double at = time, left = step_size;
     int pieces = 0;
@@ -361,8 +375,8 @@ static int64_t step_assembly(Run *run, double time, double step_size)
     }
     copy_inputs(run);
     while (left > 0.0) {
-        double size = piece(next_instant(clock, at, sample_time), at, left, sample_time);
-        int is_whole = fabs(size - sample_time) <= SAME * sample_time + ROUNDING * fabs(at);
+        double size = piece(next_instant(clock, at, left, sample_time), at, left, sample_time);
+        int is_whole = fabs(size - sample_time) <= SAME * sample_time + SAME_TIME * fabs(at);
         follow_slopes(run, at - time);
         End end = step_parts(run, at, is_whole ? sample_time : size, sample_time);
         if (end.status) {
