@@ -19,6 +19,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ from amb_files.checks import repeated
 from fmi_export.building.units import to_unit
 
 MOST_POINTS = 10_000_000  # points of a sweep
+FEW, ROUNDING = 12, 4e-16  # significant digits that a user would write, and relative rounding of a conversion
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?![-+.\d]).*?)\s*")
 _NUMBER, _TO = r"\d+(?:\.\d+)?", r" *(?:-|–|\.\.+|to) *"
 _SPAN = re.compile(rf"{_NUMBER}(?:{_TO}{_NUMBER}(?: .*|[^.\s]*)| *(\S.*?){_TO}{_NUMBER} *\1)")  # such as 200-300
@@ -202,7 +204,7 @@ def _range(name: str, text: str) -> Column | Range:
     (start, first), (stop, last) = (end for end in ends if end is not None)
     unit = last or first
     if first != last and first and last:
-        start = to_unit(f"{start!r} {first}", unit, name)
+        start = _converted(start, first, unit, name)
     if not unit and (start or stop):
         _require_speed_unit(name, text)
     if not (math.isfinite(start) and math.isfinite(stop)):
@@ -211,7 +213,25 @@ def _range(name: str, text: str) -> Column | Range:
         return Range(name, start, stop, unit)
     if not parts[2].isdecimal() or not 1 <= int(parts[2]) <= MOST_POINTS:
         raise ValueError(f"{name} = {text}: a count of {parts[2]!r} is not allowed; it must be 1 to {MOST_POINTS}")
-    return Column(name, tuple(float(v) for v in np.linspace(start, stop, int(parts[2]))), unit)
+    return Column(name, _evenly(start, stop, int(parts[2])), unit)
+
+
+def _evenly(start: float, stop: float, count: int) -> tuple[float, ...]:
+    """Return evenly spaced numbers from `start` to `stop`: those that a user would write, 0.3 between 0.1 and 0.5.
+
+    Both ends stand for their shortest decimals. Each number is the fraction of integers between them, rounded once.
+    """
+    first, last = Fraction(repr(start)), Fraction(repr(stop))
+    below = first.denominator * last.denominator * max(count - 1, 1)
+    begin, step = int(first * below), int((last - first) * below) // max(count - 1, 1)
+    return tuple((begin + k * step) / below for k in range(count))
+
+
+def _converted(value: float, unit: str, to: str, name: str) -> float:
+    """Return a number in another unit; a user's number of a few digits if it differs from that by rounding only."""
+    result = to_unit(f"{value!r} {unit}", to, name)
+    short = float(f"{result:.{FEW}g}")
+    return short if math.isclose(result, short, rel_tol=ROUNDING, abs_tol=0.0) else result
 
 
 def _list(name: str, values: Sequence[Any]) -> Column:
@@ -230,7 +250,7 @@ def _list(name: str, values: Sequence[Any]) -> Column:
         unit = units[0] if units else ""
         if not unit and any(v for v, _ in numbers) and any(isinstance(item, str) for item in items):
             _require_speed_unit(name, ",".join(map(str, items)))
-        converted = (v if u in ("", unit) else to_unit(f"{v!r} {u}", unit, name) for v, u in numbers)
+        converted = (v if u in ("", unit) else _converted(v, u, unit, name) for v, u in numbers)
         return Column(name, tuple(converted), unit)
     return Column(name, tuple(items))
 

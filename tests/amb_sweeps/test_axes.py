@@ -26,6 +26,26 @@ def test_the_unit_of_the_stop_holds_for_the_range():
     np.testing.assert_allclose(column.values, [0.5, 0.6, 0.7])
 
 
+@pytest.mark.parametrize(
+    ("text", "values", "unit"),
+    [
+        ("p.mu=0.1:0.5:5", (0.1, 0.2, 0.3, 0.4, 0.5), ""),
+        ("p.gap=0.1 mm:0.5 mm:5", (0.1, 0.2, 0.3, 0.4, 0.5), "mm"),
+        ("p.gap=100 um:0.5 mm:5", (0.1, 0.2, 0.3, 0.4, 0.5), "mm"),
+        ("p.gap=3.3 um:0.0077 mm:5", (0.0033, 0.0044, 0.0055, 0.0066, 0.0077), "mm"),
+        ("p.gap=3.3 um,0.0077 mm", (3.3, 7.7), "um"),
+        ("p.k=0.3:-0.3:7", (0.3, 0.2, 0.1, 0.0, -0.1, -0.2, -0.3), ""),
+        ("p.k=1e-9:7e-9:7", (1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9, 7e-9), ""),
+        ("p.k=0:1:4", (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0), ""),
+        ("p.k=0.1:0.7:1", (0.1,), ""),
+    ],
+)
+def test_a_grid_holds_the_numbers_that_a_user_would_write(text, values, unit):
+    """Equal bits, so that a value can be selected from a result; numpy.linspace gives 0.30000000000000004."""
+    (column,) = only(text).columns
+    assert (column.values, column.unit) == (values, unit)
+
+
 def test_numbers_without_a_unit_stay_numbers():
     assert only("p.w=60:300:3").settings(1) == {"p.w": 180.0}
 
