@@ -5,9 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from interfaces import interface
 
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.system.profile_file import profiles_of
 from amb_cosim.scenario.file import read_scenario
-from tests.orchestrator.test_plan import NO_EVENTS, H, plan
+from tests.orchestrator.test_plan import INTERFACES, NO_EVENTS, H, plan
 from tests.support.messages import assert_names, raises_naming
 
 TWO = "time (s), rotor.d1.u (g.m), rotor.d2.u (g.m)"
@@ -140,3 +143,106 @@ def test_a_profile_that_begins_after_the_end_is_noticed():
     late = NAMED.replace("30 ms", "900 s").replace("40 ms", "901 s").replace("60 ms", "902 s")
     (notice,) = [notice for notice in plan(scenario=NO_EVENTS + late).notices if "inrush" in notice]
     assert_names(notice, "900 s", "no effect")
+
+
+SWITCHED = interface(
+    *INTERFACES["rotor"].ports.values(),
+    Port("on", "Boolean", "input", 10),
+    Port("stage", "Integer", "input", 11, minimum=-3, maximum=7),
+    Port("law", "Integer", "input", 12, items={"linear": 1, "saturated": 4}),
+    Port("base.a_x", "Real", "input", 13, unit="m/s2"),
+)
+
+
+def switched(path, more="", **changes):
+    """Initial value of inputs, and their changes by events, of a run with a table."""
+    scenario = f"{NO_EVENTS}[[profile]]\nfile = {str(path)!r}\n{more}"
+    planned = plan(scenario=scenario, rotor=SWITCHED, **changes)
+    return planned.inputs, planned.events
+
+
+@pytest.mark.parametrize(
+    ("name", "cells", "numbers"),
+    [
+        ("on", ("false", "true", "false"), (0, 1, 0)),
+        ("on", ("FALSE", "True", " false "), (0, 1, 0)),
+        ("on", ("0", "1", "0.0"), (0, 1, 0)),
+        ("on", ("1", "false", "true"), (1, 0, 1)),
+        ("stage", ("-3", "7", "2e0"), (-3, 7, 2)),
+        ("law", ("linear", "saturated", "linear"), (1, 4, 1)),
+        ("law", ("1", "saturated", "1"), (1, 4, 1)),
+    ],
+)
+def test_an_input_that_is_not_real_keeps_the_value_of_a_row(tmp_path, name, cells, numbers):
+    path = table(tmp_path, zip((0.0, 0.0101, 0.0101 + 20 * H), cells, strict=True), f"time (s), rotor.{name}")
+    inputs, events = switched(path)
+    assert inputs[f"rotor.{name}"] == numbers[0]
+    assert events == ((40, f"rotor.{name}", numbers[1]), (60, f"rotor.{name}", numbers[2]))
+
+
+def test_rows_without_a_change_and_all_but_the_last_row_of_a_step_are_no_changes(tmp_path):
+    times = (0.0, 0.01, 0.010001, 0.010002, 0.02, 0.03, 5e3)
+    path = table(tmp_path, zip(times, (0, 1, 0, 1, 1, 0, 1), strict=True), "time (s), rotor.on")
+    assert switched(path)[1] == ((40, "rotor.on", 1.0), (120, "rotor.on", 0.0))
+
+
+def test_points_of_an_input_that_is_not_real_are_held(tmp_path):
+    """Before the first point, the initial value applies."""
+    points = '[["10 ms", true], ["20 ms", false]]'
+    written = f'{NO_EVENTS}[[profile]]\nvariable = "rotor.on"\npoints = {points}\n'
+    planned = plan(scenario=written, rotor=SWITCHED)
+    assert planned.ramps == ()
+    assert planned.inputs["rotor.on"] == 0.0
+    assert planned.events == ((40, "rotor.on", 1.0), (80, "rotor.on", 0.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "cell", "facts"),
+    [
+        ("on", "2", ("rotor.on", "2", "true or false")),
+        ("on", "yes", ("rotor.on", "yes", "true or false")),
+        ("stage", "1.5", ("rotor.stage", "1.5", "whole")),
+        ("stage", "8", ("rotor.stage", "8", "7")),
+        ("law", "round", ("rotor.law", "round", "linear", "saturated")),
+        ("law", "2", ("rotor.law", "2", "linear", "saturated")),
+        ("d2.u", "true", ("rotor.d2.u", "'true'", "number")),
+    ],
+)
+def test_a_value_that_an_input_cannot_have_is_named_with_its_row(tmp_path, name, cell, facts):
+    path = table(tmp_path, [(0, 1), (0.1, cell)], f"time (s), rotor.{name}")
+    with raises_naming(ValueError, "row 3", path.name, *facts):
+        switched(path)
+
+
+@pytest.mark.parametrize("unit", ["g", "G", "gn", "g_n", "standard_gravity"])
+def test_an_acceleration_may_be_in_units_of_gravity(tmp_path, unit):
+    path = table(tmp_path, [(0.0, 0.0), (0.1, -0.25)], f"time (s), rotor.base.a_x ({unit})")
+    (ramp,) = plan(scenario=f"{NO_EVENTS}[[profile]]\nfile = {str(path)!r}\n", rotor=SWITCHED).ramps
+    assert ramp.points[1] == (round(0.1 / H), pytest.approx(-0.25 * 9.80665, rel=1e-15))
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("s", 1.0), ("ms", 1e3), ("us", 1e6)])
+def test_dates_count_from_the_first_row(tmp_path, unit, scale):
+    """Seconds since 1970 are rounded to 0.24 us; rows a step apart must not be averaged for that."""
+    values = [1.0, 2.0, 0.0, 1.0, 5.0]
+    times = [repr(scale * (1.7e9 + 4321.1 + k * H)) for k in range(5)]
+    path = table(tmp_path, zip(times, values, strict=True), f"time ({unit}), rotor.d2.u (g.m)")
+    planned = plan(scenario=f'{NO_EVENTS}[[profile]]\nfile = {str(path)!r}\nbegin = "0.1 s"\n')
+    (ramp,) = planned.ramps
+    assert ramp.points == tuple((400 + k, pytest.approx(1e-3 * value)) for k, value in enumerate(values))
+    assert_names(" ".join(planned.notices), path.name, "first row")
+
+
+def test_a_run_that_begins_at_a_date_takes_the_dates_of_a_file(tmp_path):
+    path = table(tmp_path, [(1.7e9, 1.0), (1.7e9 + 10.0, 2.0)])
+    (dated,), (shifted,) = profiles_of(str(path), 0.0, 1.7e9), profiles_of(str(path), 0.0)
+    assert [time for time, _ in dated.points] == [1.7e9, 1.7e9 + 10.0]
+    assert [time for time, _ in shifted.points] == [0.0, 10.0]
+
+
+def test_rows_far_after_the_end_of_the_run_take_no_memory(tmp_path):
+    """Dense rows, and one after a year: as many steps as the run has, not 1e11."""
+    rows = [(0.0, 0.0), (0.3 * H, 1.0), (0.6 * H, 2.0), (3e7, 3.0)]
+    (points,) = ramps(table(tmp_path, rows)).values()
+    assert len(points) < 4000
+    assert points[100][1] == pytest.approx(2e-3, rel=1e-5)

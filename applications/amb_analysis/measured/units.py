@@ -13,7 +13,6 @@ from array_types import Array
 from fmi_export.building.units import to_unit
 
 SI = ("m", "m/s", "m/s2", "N", "A", "V", "rad/s", "1")
-STANDARD_GRAVITY = 9.80665  # m/s^2
 UNEVEN = 1e-6  # largest deviation of times from a straight line, in steps, but for their rounding
 MOST_DIGITS = 12  # significant digits to which times may have been rounded
 SHARE = 1.05  # of a rounding unit, by which times may deviate from a straight line: they may be cut, not rounded
@@ -71,8 +70,6 @@ def si_unit(unit: str, name: str) -> tuple[float, str]:
     text = unit.strip()
     if text in ("1", "-"):
         return 1.0, "1"
-    if text in ("g", "G", "gn", "g_n"):
-        return STANDARD_GRAVITY, "m/s2"
     for target in SI:
         try:
             return to_unit(f"1 {text}", target, name), target

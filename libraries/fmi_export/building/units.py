@@ -121,6 +121,8 @@ POUNDS = {
     **dict.fromkeys(("lb", "lbs", "pound", "pounds"), "lbf"),
     **dict.fromkeys(("oz", "ounce", "ounces"), "ozf"),
 }
+# The acceleration of gravity, which has the symbol of the gram; it is meant where an acceleration is.
+GRAVITY = {"g": "standard_gravity"}
 # Abbreviations with full stops, such as r.p.m. and in., which are no products.
 INITIALS = re.compile(r"\b([rcRC])\.\s?([pP])\.\s?([msMS])\b\.?")
 STOP = re.compile(r"(?<=[A-Za-z])\.(?=$|[/)*-]|\s*$)")
@@ -306,7 +308,7 @@ def _converted(text: str | float, unit: str, name: str) -> float:
 
 
 def _as_weights(unit: str, forces: Mapping[str, str]) -> str:
-    """Return a unit with its units of mass replaced by units of force; `forces` maps the former to the latter."""
+    """Return a unit with its units of mass replaced by others; `forces` maps the former to the latter."""
     names = rf"(?<![^\W\d])({'|'.join(forces)})(?![^\W\d])"
     return re.sub(names, lambda match: forces[match[1].lower()], unit, flags=re.IGNORECASE)
 
@@ -331,10 +333,11 @@ def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, w
                 return float(converted(exact) * _revolution(text_unit, unit))
         return float(converted(number))
     except pint.DimensionalityError as error:
-        weighed, hint = _as_weights(text_unit, POUNDS), advice(text_unit)
-        if weighed != text_unit:
-            with suppress(ValueError):
-                return _by_pint(number, exact, weighed, unit, what)
+        hint = advice(text_unit)
+        for other in (POUNDS, GRAVITY):
+            if (weighed := _as_weights(text_unit, other)) != text_unit:
+                with suppress(ValueError):
+                    return _by_pint(number, exact, weighed, unit, what)
         if (weighed := _as_weights(text_unit, {"kg": "kgf"})) != text_unit:
             with suppress(ValueError):
                 _by_pint(number, exact, weighed, unit, what)

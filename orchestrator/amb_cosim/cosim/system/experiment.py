@@ -37,13 +37,22 @@ class Profile:
     """An input that is linear between points (time in s, value) and constant outside; `slope` receives its slope (1/s).
 
     If no point is at or before communication point 0, the input's initial value applies there. Values are in `unit`, if
-    a unit is stated; they are then averaged over each step if they are closer together than steps.
+    a unit is stated; they are then averaged over each step if they are closer together than steps. An input that is not
+    a Real keeps the value of a point until the next point.
+
+    Parameters
+    ----------
+    file, has_dates
+        The file of the points, whose first row has the headings, and whether its times were dates; empty and false if
+        they are not from a file.
     """
 
     variable: str
     points: tuple[tuple[float, Raw], ...]
     slope: str | None = None
     unit: str | None = None
+    file: str = ""
+    has_dates: bool = False
 
 
 @dataclass(frozen=True)

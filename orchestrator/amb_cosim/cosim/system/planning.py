@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
+from itertools import compress
 
 import numpy as np
 
@@ -69,10 +71,13 @@ def _planned(experiment: Experiment, assembly: Assembly, values: Assignments) ->
     last, stop_time = _end(experiment, origin, system, values)
     grid = TimeGrid(h, origin) if stop_time is None else TimeGrid(h, origin, last, stop_time)
     beginning = 0 if experiment.settles else first
-    ramps = tuple(_ramp(profile, values, grid, beginning) for profile in experiment.profiles)
+    linear = [values.port(profile.variable).type == "Real" for profile in experiment.profiles]
+    ramps = tuple(_ramp(profile, values, grid, (beginning, last)) for profile in compress(experiment.profiles, linear))
+    held = [_held(p, values, grid, last) for p, is_real in zip(experiment.profiles, linear, strict=True) if not is_real]
     ramped = {name for ramp in ramps for name in (ramp.variable, ramp.slope) if name is not None}
+    ramped |= {name for name, _ in held}
     due, partial_events = _without_lacking(experiment.events, values)
-    events = []
+    events = [(n, name, value) for name, points in held for n, value in points]
     for event in due:
         name, value = values.read_change(event.variable, event.value)
         if name in ramped:
@@ -80,6 +85,8 @@ def _planned(experiment: Experiment, assembly: Assembly, values: Assignments) ->
         values.inputs.setdefault(name, values.start_value(event.variable))
         events.append((grid.nearest("time of event", event.time), name, value))
     settling, unsolved = _settling(experiment, common)
+    dated = (p.file for p in experiment.profiles if p.has_dates)
+    counted = (f"the times of profile {file} are dates; they count from its first row" for file in dict.fromkeys(dated))
     signals = [*values.inputs, *values.outputs]
     patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
     recorded = _recorded(replace(experiment, recorded=patterns), system.unrecorded, signals)
@@ -101,7 +108,7 @@ def _planned(experiment: Experiment, assembly: Assembly, values: Assignments) ->
         settling=settling,
         period=experiment.period,
         marks={label: grid.nearest("time of event", time) for label, time in experiment.marks.items()},
-        notices=(*notices(system, interfaces, values.inputs, values.dropped), *unsolved, *experiment.notices),
+        notices=(*notices(system, interfaces, values.inputs, values.dropped), *unsolved, *counted, *experiment.notices),
         warnings=(*experiment.warnings, *_uneven_samples(components, values, h)),
         partial_events=partial_events,
         texts=values.texts,
@@ -204,19 +211,51 @@ def _without_lacking(
     return [change for change in changes if not values.lacks(change.variable)], tuple(partial)
 
 
-def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int) -> Ramp:
-    first = profile.points[0][1] if profile.unit is None else f"{profile.points[0][1]} {profile.unit}".strip()
-    name, _ = values.read(profile.variable, first, "input")
+def _held(profile: Profile, values: Assignments, grid: TimeGrid, last: int) -> tuple[str, list[tuple[int, float]]]:
+    """Return the name of an input that is not a Real, and its changes: communication points and values.
+
+    Of several points nearest to a communication point, the last applies. Before the first row of a file, its value
+    applies. Points after the point `last` are only checked.
+    """
+    read = cache(lambda value: values.read(profile.variable, _stated(value, profile.unit), "input"))
+    at: dict[int, float] = {}
+    for row, (time, raw) in enumerate(profile.points, 2):
+        with errors_in(f"row {row} of profile {profile.file}") if profile.file else nullcontext():
+            name, value = read(raw)
+            if not at or time <= grid.time(last):
+                at[grid.nearest(f"point of {profile.variable}", time)] = value
+    start = values.start_value(profile.variable) if profile.unit is None else next(iter(at.values()))
+    values.inputs[name] = values.inputs.get(name, start) if profile.unit is None else start
+    before = (values.inputs[name], *at.values())
+    return name, [(n, value) for (n, value), earlier in zip(at.items(), before, strict=False) if value != earlier]
+
+
+def _stated(value: Raw, unit: str | None) -> Raw:
+    """Return a value of a profile as a user writes it: a number with the unit of its column, or a name or Boolean."""
+    if not isinstance(value, float):
+        return value
+    number = int(value) if value.is_integer() else value
+    return f"{number} {unit}" if unit else number
+
+
+def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, span: tuple[int, int]) -> Ramp:
+    """Return a profile on the grid of a run that begins and ends at the points `span`."""
+    for row, (_, value) in enumerate(profile.points if profile.file else (), 2):
+        if isinstance(value, str):
+            raise ValueError(
+                f"row {row} of profile {profile.file} has {profile.variable} = {value!r}, which is not a number"
+            )
+    name, _ = values.read(profile.variable, _stated(profile.points[0][1], profile.unit), "input")
     slope = None
     if profile.slope is not None:
         slope, _ = values.read(profile.slope, 0.0, "input")
         values.inputs.setdefault(slope, 0.0)
     values.inputs.setdefault(name, values.start_value(profile.variable))
     if profile.unit is not None:
-        return Ramp(name, _sampled(profile, values, grid), slope)
+        return Ramp(name, _sampled(profile, values, grid, span[1]), slope)
     points: list[tuple[int, float]] = []
-    if grid.nearest(f"point of {name}", profile.points[0][0]) > beginning:
-        points.append((beginning, values.inputs[name]))
+    if grid.nearest(f"point of {name}", profile.points[0][0]) > span[0]:
+        points.append((span[0], values.inputs[name]))
     for time, raw in profile.points:
         n = grid.nearest(f"point of {name}", time)
         if points and n <= points[-1][0]:
@@ -228,22 +267,28 @@ def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int)
     return Ramp(name, tuple(points), slope)
 
 
-def _sampled(profile: Profile, values: Assignments, grid: TimeGrid) -> tuple[tuple[int, float], ...]:
-    """Return the points of a profile with a unit, or its means over the steps if points are closer than a step."""
+def _sampled(profile: Profile, values: Assignments, grid: TimeGrid, last: int) -> tuple[tuple[int, float], ...]:
+    """Return the points of a profile with a unit, or its means over the steps if points are closer than a step.
+
+    Of the points after the point `last`, where the run ends, only those are kept that the means or the line before it
+    depend on.
+    """
     times, numbers = np.array(profile.points, dtype=np.float64).T
     zero, one = (values.read(profile.variable, f"{number} {profile.unit}".strip(), "input")[1] for number in (0, 1))
-    numbers = zero + (one - zero) * numbers
-    h = grid.step_size
+    h, name = grid.step_size, f"point of {profile.variable}"
+    needed = int(np.searchsorted(times, grid.time(last) + 2.0 * h)) + 1
+    times, numbers = times[:needed], zero + (one - zero) * numbers[:needed]
     if np.all(np.diff(times) >= h * (1.0 - ROUNDING)):
-        points = {grid.nearest(f"point of {profile.variable}", t): v for t, v in zip(times, numbers, strict=True)}
+        points = {grid.nearest(name, t): v for t, v in zip(times, numbers, strict=True)}
         return tuple((n, float(value)) for n, value in points.items())
-    first, last = (nearest_point(f"point of {profile.variable}", t, h, grid.start) for t in (times[0], times[-1]))
-    edges = grid.start + h * np.arange(first, last + 2)
+    first, end = (nearest_point(name, t, h, grid.start) for t in (times[0], times[-1]))
+    end = max(first, min(end, last + 1))
+    edges = grid.start + h * np.arange(first, end + 2)
     both = np.unique(np.concatenate([edges, times[(times > edges[0]) & (times < edges[-1])]]))
     signal = np.interp(both, times, numbers)
     integral = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(both) * (signal[1:] + signal[:-1]))])
     means = np.diff(np.interp(edges, both, integral)) / h
-    return (*enumerate(means.tolist(), first), (last + 1, float(numbers[-1])))
+    return (*enumerate(means.tolist(), first), (end + 1, float(signal[-1])))
 
 
 def _sample_time(component: Component, values: Assignments) -> float | None:

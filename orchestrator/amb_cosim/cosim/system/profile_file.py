@@ -6,25 +6,33 @@
 
 The first column is the time; each other column is an input, with its name and its unit. Between rows, an input is
 linear. If rows are closer together than communication steps, the input is averaged over each step, so that no impulse
-is lost.
+is lost. An Integer, a Boolean (`true` or 1) or an Enumeration (by name or number) keeps the value of a row until the
+next row.
+
+Times that begin `DATES` or more after the start of the run are dates, in seconds since 1970. They count from the first
+row.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from amb_cosim.cosim.system.experiment import Profile
-from amb_cosim.cosim.system.values import quantity
+from amb_cosim.cosim.system.values import Raw, quantity
 from amb_files.csv_files import Rows, read_numbers
 from array_types import Array
 
+DATES = 1e8  # s, three years
+RESOLUTION = 6  # decimals of differences of dates (s), which are rounded to 0.24 us
 
-def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
-    """Return the inputs in a file; its time 0 corresponds to `begin` (s).
+
+def profiles_of(file: str, begin: float, start: float = 0.0) -> tuple[Profile, ...]:
+    """Return the inputs in a file for a run from `start` (s).
+
+    Its time 0 corresponds to `begin` (s), or its first row if its times are dates.
 
     Raises
     ------
@@ -34,9 +42,17 @@ def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
     """
     path = Path(file).resolve()
     return tuple(
-        Profile(name, tuple(zip((begin + times).tolist(), values.tolist(), strict=True)), unit=unit)
+        Profile(name, tuple(zip(moments.tolist(), values, strict=True)), unit=unit, file=file, has_dates=has_dates)
         for name, unit, times, values in _columns(path, f"profile {file}", _version_of(path))
+        for moments, has_dates in [_in_run(times, begin, start)]
     )
+
+
+def _in_run(times: Array, begin: float, start: float) -> tuple[Array, bool]:
+    """Return the times of rows in a run (s), and whether they were dates."""
+    if begin + times[0] - start < DATES:
+        return begin + times, False
+    return begin + np.round(times - times[0], RESOLUTION), True
 
 
 def _version_of(path: Path) -> tuple[int, int] | None:
@@ -49,9 +65,23 @@ def _version_of(path: Path) -> tuple[int, int] | None:
 
 
 @lru_cache(maxsize=8)
-def _columns(path: Path, what: str, _version: object) -> tuple[tuple[str, str, Array, Array], ...]:
+def _columns(path: Path, what: str, _version: object) -> tuple[tuple[str, str, Array, tuple[Raw, ...]], ...]:
+    texts: dict[int, tuple[Raw, ...]] = {}
+
     def parse(headings: list[str], rows: Rows) -> Array:
-        return np.array(list(_numbers(rows, headings, what)))
+        numbers = np.zeros((len(rows), len(headings)))
+        for j, cells in enumerate(zip(*rows, strict=True)):
+            column = tuple(map(_cell, cells))
+            wrong = next((k for k, cell in enumerate(column) if isinstance(cell, str)), None)
+            if wrong is None:
+                numbers[:, j] = column
+            elif j:
+                texts[j] = column
+            else:
+                raise ValueError(
+                    f"row {2 + wrong} of {what} has {headings[0]} = {column[wrong]!r}, which is not a number"
+                )
+        return numbers
 
     headings, numbers = read_numbers(path, what, parse)
     (time, unit), *inputs = (_parted(heading) for heading in headings)
@@ -60,11 +90,12 @@ def _columns(path: Path, what: str, _version: object) -> tuple[tuple[str, str, A
     if not np.isfinite(numbers).all():
         raise ValueError(f"row {2 + np.argmin(np.isfinite(numbers).all(1))} of {what} has a value that is not finite")
     times, *columns = numbers.T
+    values = [texts.get(j) or tuple(column.tolist()) for j, column in enumerate(columns, 1)]
     times = times * quantity(f"1 {unit or 's'}", "s", f"time of {what}")
     if not np.all(np.diff(times) > 0.0):
         k = int(np.argmin(np.diff(times)))
         raise ValueError(f"{what} has the time {times[k + 1]:g} s after {times[k]:g} s; times must increase")
-    return tuple((name, unit, times, column) for (name, unit), column in zip(inputs, columns, strict=True))
+    return tuple((name, unit, times, column) for (name, unit), column in zip(inputs, values, strict=True))
 
 
 def _parted(heading: str) -> tuple[str, str]:
@@ -75,14 +106,12 @@ def _parted(heading: str) -> tuple[str, str]:
     return heading[:begin].rstrip(), heading[begin + 1 : -1].strip()
 
 
-def _numbers(rows: list[list[str]], headings: list[str], what: str) -> Iterator[list[float]]:
-    for k, row in enumerate(rows, 2):
-        values = []
-        for heading, text in zip(headings, row, strict=True):
-            try:
-                if "_" in text or not text.isascii():  # Python reads 1_0 and digits of any script as numbers
-                    raise ValueError(text)
-                values.append(float(text))
-            except ValueError:
-                raise ValueError(f"row {k} of {what} has {heading} = {text.strip()!r}, which is not a number") from None
-        yield values
+def _cell(text: str) -> float | str:
+    """Return the number in a cell, or its text if it is not a number."""
+    text = text.strip()
+    if "_" in text or not text.isascii():  # Python reads 1_0 and digits of any script as numbers
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        return text

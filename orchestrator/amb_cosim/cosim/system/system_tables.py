@@ -66,7 +66,10 @@ class EventTable(Table):
 
 
 class ProfileTable(Table):
-    """An input that is linear between points (time, value), or inputs in a file."""
+    """An input that is linear between points (time, value), or inputs in a file.
+
+    Only a Real is linear. An Integer, a Boolean or an Enumeration keeps the value of a point until the next point.
+    """
 
     variable: str = ""
     """The input or shared signal."""
@@ -77,10 +80,11 @@ class ProfileTable(Table):
     file: str = ""
     """CSV file in place of `points`: a column `time (s)`, and one for each input with its unit, such as
     `rotor_contact.base.a_x (m/s2)`. A column named `time`, without a unit, is in seconds. Rows closer together than a
-    communication step are averaged over each step.
+    communication step are averaged over each step. Booleans are `true`, `false`, 1 or 0, and Enumerations names or
+    numbers. Times that are dates, in seconds since 1970, count from the first row.
     """
     begin: Value = 0.0
-    """Time in the run that corresponds to time 0 of the file."""
+    """Time in the run that corresponds to time 0 of the file, or to its first row if its times are dates."""
 
     @model_validator(mode="after")
     def _has_one_source(self) -> ProfileTable:
@@ -88,10 +92,16 @@ class ProfileTable(Table):
             raise ValueError("a profile needs either variable and points, or file")
         return self
 
-    def profiles(self, earliest: float) -> tuple[Profile, ...]:
-        """Return inputs, with times in s; raises ValueError for times before `earliest` (s) and for a wrong file."""
+    def profiles(self, earliest: float, start: float = 0.0) -> tuple[Profile, ...]:
+        """Return inputs, with times in s, for a run from `start` (s).
+
+        Raises
+        ------
+        ValueError
+            For times before `earliest` (s), and for a wrong file.
+        """
         if self.file:
-            return profiles_of(self.file, time_of(self.begin, "start of a profile", least=earliest))
+            return profiles_of(self.file, time_of(self.begin, "start of a profile", least=earliest), start)
         points = tuple((time_of(t, "time of a point", least=earliest), value) for t, value in self.points)
         return (Profile(self.variable, points, self.slope),)
 
@@ -165,7 +175,7 @@ class ExperimentTable(Table):
                 for number, e in enumerate(self.event, 1)
                 for name, raw in e.set.items()
             ),
-            profiles=tuple(profile for table in self.profile for profile in table.profiles(earliest)),
+            profiles=tuple(profile for table in self.profile for profile in table.profiles(earliest, start)),
             stops=tuple(stop.condition(beginning) for stop in self.stop),
             recorded=self.record.variables,
             record_every=self.record.every,

@@ -13,7 +13,6 @@ Raw = bool | int | float | str
 RPM = 30.0 / math.pi  # 1/min per rad/s
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*\S)\s*")
-_BOOLEANS = {"true": 1.0, "false": 0.0, "1": 1.0, "0": 0.0}
 
 
 def quantity(raw: Raw, unit: str, name: str) -> float:
@@ -62,10 +61,10 @@ def convert(raw: Raw, port: Port, name: str) -> float:
         If the port does not accept it; the message names the value and the allowed values.
     """
     if port.type == "Boolean":
-        text = str(raw).strip().lower()
-        if text not in _BOOLEANS:
+        number = {"true": 1.0, "false": 0.0}.get(str(raw).strip().lower(), plain_number(raw))
+        if number not in (0.0, 1.0):
             raise ValueError(f"{name} = {raw} is not allowed; it must be true or false")
-        return _BOOLEANS[text]
+        return number
     if port.items and isinstance(raw, str) and plain_number(raw) is None:
         if raw.strip() not in port.items:
             raise ValueError(f"{name} = {raw} is not allowed; it must be {port.allowed()}")
