@@ -78,23 +78,114 @@ def test_bytes_are_written_to_a_pipe_and_a_device(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["null", "pipe"]
 
 
-@pytest.mark.parametrize("target", ["target", "missing", "missing/target", "link", "folder"])
-def test_a_link_is_replaced_and_its_target_stays(tmp_path, target):
-    """It may have come with the folder of somebody else."""
-    (tmp_path / "target").write_text("mine")
+@pytest.mark.parametrize("steps", [1, 3])
+@pytest.mark.parametrize("exists", [True, False], ids=["a file", "no file"])
+@pytest.mark.parametrize("is_absolute", [True, False])
+def test_a_link_stays_and_the_file_behind_it_is_written(tmp_path, steps, exists, is_absolute):
+    """Over several links and folders; an editor creates a missing file."""
+    (tmp_path / "data").mkdir()
+    target = tmp_path / "data" / "target"
+    if exists:
+        target.write_text("old")
+    before = target if is_absolute else Path("data/target")
+    for k in range(steps):
+        (tmp_path / f"link{k}").symlink_to(before)
+        before = tmp_path / f"link{k}" if is_absolute else Path(f"link{k}")
+    link = tmp_path / f"link{steps - 1}"
+    check_writable(link, is_folder=False)
+    write_file(link, "new")
+    assert link.is_symlink()
+    assert target.read_text() == "new"
+    assert not target.is_symlink()
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["data", *(f"link{k}" for k in range(steps)), "target"]
+
+
+def test_a_link_in_a_linked_folder_leads_from_where_it_lies(tmp_path):
+    (tmp_path / "far" / "away").mkdir(parents=True)
+    (tmp_path / "far" / "away" / "link").symlink_to("../target")
+    (tmp_path / "near").symlink_to("far/away")
+    write_file(tmp_path / "near" / "link", "new")
+    assert (tmp_path / "far" / "target").read_text() == "new"
+    assert [path.name for path in tmp_path.glob("target")] == []
+
+
+@pytest.mark.parametrize("target", ["missing/file", "link", "circle", "folder"])
+def test_a_link_to_no_possible_file_is_an_error_and_stays(tmp_path, target):
     (tmp_path / "folder").mkdir()
+    (tmp_path / "circle").symlink_to("link")
     link = tmp_path / "link"
     link.symlink_to(target)
-    write_file(link, "new")
-    assert not link.is_symlink()
-    assert link.read_text() == "new"
-    assert (tmp_path / "target").read_text() == "mine"
-    assert sorted(path.name for path in tmp_path.rglob("*")) == ["folder", "link", "target"]
+    with raises_naming(ValueError, str(link)):
+        check_writable(link, is_folder=False)
+    with raises_naming(OSError, str(link)):
+        write_file(link, "new")
+    assert str(link.readlink()) == target
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["circle", "folder", "link"]
 
 
-def test_a_link_is_writable_wherever_it_leads(tmp_path):
-    (tmp_path / "link").symlink_to("missing/file")
-    check_writable(tmp_path / "link", is_folder=False)
+@pytest.mark.skipif(sys.platform == "win32", reason="files have no such permissions there")
+@pytest.mark.parametrize("mode", [0o600, 0o664, 0o755])
+def test_a_file_keeps_its_permissions(tmp_path, mode):
+    (tmp_path / "file").write_text("old")
+    (tmp_path / "file").chmod(mode)
+    (tmp_path / "link").symlink_to("file")
+    for name in ("file", "link"):
+        write_file(tmp_path / name, "new")
+        assert stat.S_IMODE((tmp_path / "file").stat().st_mode) == mode
+    plain = tmp_path / "plain"
+    plain.write_text("")
+    write_file(tmp_path / "new", "new")
+    assert (tmp_path / "new").stat().st_mode == plain.stat().st_mode
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="needs two users")
+def test_a_file_keeps_its_owner(tmp_path):
+    (tmp_path / "file").write_text("old")
+    os.chown(tmp_path / "file", 65534, 65534)
+    write_file(tmp_path / "file", "new")
+    status = (tmp_path / "file").stat()
+    assert (status.st_uid, status.st_gid) == (65534, 65534)
+
+
+def test_a_file_that_is_only_readable_is_refused(tmp_path, monkeypatch):
+    file = tmp_path / "file"
+    file.write_text("old")
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != file)
+    with raises_naming(ValueError, str(file)):
+        check_writable(file, is_folder=False)
+    with raises_naming(PermissionError, str(file)):
+        write_file(file, "new")
+    assert file.read_text() == "old"
+
+
+def test_a_link_to_a_missing_folder_is_no_output_folder(tmp_path):
+    (tmp_path / "out").symlink_to("missing")
+    with raises_naming(ValueError, str(tmp_path / "out"), "missing"):
+        check_writable(tmp_path / "out", is_folder=True)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="open files have paths on Linux")
+def test_standard_output_that_is_a_file_gets_the_bytes(tmp_path, run_python):
+    def write(folder: str) -> None:
+        import os
+        import sys
+        from pathlib import Path
+
+        from amb_files.atomic import write_file
+
+        sys.stdout.flush()
+        before, link = os.dup(1), Path(folder, "link")
+        with Path(folder, "printed").open("w") as file:
+            os.dup2(file.fileno(), 1)
+        link.symlink_to("/dev/stdout")
+        write_file(link, "first ")
+        write_file(Path("/dev/stdout"), "second ")
+        os.write(1, b"third")
+        os.dup2(before, 1)
+
+    run_python(write, folder=tmp_path)
+    assert (tmp_path / "printed").read_text() == "first second third"
+    assert (tmp_path / "link").is_symlink()
 
 
 def test_temporary_files_of_a_killed_process_are_removed_by_the_next(tmp_path, run_python):
@@ -163,22 +254,22 @@ def test_a_device_is_writable_although_its_folder_is_not(tmp_path):
 def test_a_folder_where_a_folder_or_pipe_takes_the_place_of_a_file_is_refused(tmp_path):
     (tmp_path / "result.nc").mkdir()
     os.mkfifo(tmp_path / "summary.json")  # opening it would wait for a reader
-    (tmp_path / "link.json").symlink_to(tmp_path / "result.nc")  # is replaced
     (tmp_path / "old.json").touch()
+    for name, target in (("link.json", "old.json"), ("to_folder.json", "result.nc"), ("to_pipe.json", "summary.json")):
+        (tmp_path / name).symlink_to(target)
     check_writable(tmp_path, is_folder=True, files=("old.json", "link.json", "new.json"))
-    for name in ("result.nc", "summary.json"):
+    for name in ("result.nc", "summary.json", "to_folder.json", "to_pipe.json"):
         with raises_naming(ValueError, name):
             check_writable(tmp_path, is_folder=True, files=("old.json", name))
 
 
-def test_a_file_of_a_program_replaces_a_link_and_keeps_its_target(tmp_path):
-    """Whoever gave the folder may have put the link there; the user named the folder alone."""
-    (tmp_path / "target").write_text("mine")
+def test_a_file_of_a_program_follows_links_to_files_only(tmp_path):
+    """The user named the folder, not a device behind a link in it."""
     (tmp_path / "folder").mkdir()
-    for name in ("result.nc", "dangling"):
-        (tmp_path / "folder" / name).symlink_to(tmp_path / ("target" if name == "result.nc" else "nothing"))
-        write_file(plain_file(tmp_path / "folder", name), "new")
-        assert not (tmp_path / "folder" / name).is_symlink()
-        assert (tmp_path / "folder" / name).read_text() == "new"
-    assert (tmp_path / "target").read_text() == "mine"
-    assert not (tmp_path / "nothing").exists()
+    for name, target in (("result.nc", tmp_path / "elsewhere"), ("null", Path(os.devnull))):
+        (tmp_path / "folder" / name).symlink_to(target)
+    write_file(plain_file(tmp_path / "folder", "result.nc"), "new")
+    assert (tmp_path / "folder" / "result.nc").is_symlink()
+    assert (tmp_path / "elsewhere").read_text() == "new"
+    with raises_naming(OSError, str(tmp_path / "folder" / "null")):
+        plain_file(tmp_path / "folder", "null")
