@@ -172,6 +172,9 @@ add_study(
     ROTOR,
     SETTINGS,
     click.option("--change", type=float, default=0.01, show_default=True, help="Relative change of each quantity."),
+    click.option("--friction", type=float, help="Relative change of friction; default: 0.2 in a landing, or --change."),
+    click.option("--restitution", type=float, help="Change of restitution; default: 0.1 in a landing, or --change."),
+    click.option("--phases", type=int, default=32, show_default=True, help="Number of phases of the disturbance."),
     FLAVOUR,
     shows_progress=True,
 )

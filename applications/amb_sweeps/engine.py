@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from amb_analysis.studies.processes import check_script, main_guard_advice
 from amb_cosim.cosim.processes.interruption import Interruption, deferred
 from amb_sweeps.branching import branching_order
+from amb_sweeps.outcomes import BROKEN_OFF
 from amb_sweeps.sweep_bar import Report
 from amb_sweeps.worker import PointResult, Task, run_batch
 
@@ -59,6 +60,10 @@ SETTINGS = {
 
 class ClusterFailed(Exception):
     """The cluster ended before the sweep was complete."""
+
+
+class MetricFailed(ValueError):
+    """A user's metric cannot evaluate the first runs because of an error that other runs share."""
 
 
 @contextmanager
@@ -168,6 +173,8 @@ def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, repor
         If a signal interrupts the process; earlier results are in the store.
     ClusterFailed
         If the cluster has ended, or has no process.
+    MetricFailed
+        If a metric fails in the first runs, with an error of the function itself; no result is stored.
     """
     with deferred() as interruption:
         BatchScheduler(client, sweep, task, store, report, interruption).run()
@@ -192,6 +199,7 @@ class BatchScheduler:
         self._done, self._total = store.design.size - len(self._waiting), store.design.size
         self._seconds, self._finished = 0.0, 0
         self._link = self._dashboard()
+        self._is_judged = not task.metrics or self._done > 0  # whether the metrics have been applied to a run
 
     def run(self) -> None:
         try:
@@ -222,7 +230,13 @@ class BatchScheduler:
             self._collect()
 
     def _store_results(self, results: Sequence[PointResult]) -> None:
-        """Store the results of points."""
+        """Store the results of points, unless a metric can evaluate none of the first ones."""
+        errors = [result.metric_error for result in results if result.outcome not in BROKEN_OFF]
+        if errors and not self._is_judged:
+            general = [error.text for error in errors if error and error.is_general]
+            if len(general) == len(errors):
+                raise MetricFailed(f"{general[0]}; the sweep ends at its first run, and nothing is stored")
+            self._is_judged = True
         self._unwritten += results
         self._done += len(results)
         self._report_progress()

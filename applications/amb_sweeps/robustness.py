@@ -1,14 +1,15 @@
 """Robustness of a scenario's outcome to small changes of its values, and to the use of H identified in its loop.
 
 If such a change flips the outcome, the outcome is called *fragile*: it depends as much on the exact values of the input
-as on the machine.
+as on the machine. The outcome of a run with contact is called *robust* only if friction, restitution and the phase of
+the disturbance were varied, too.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -27,11 +28,14 @@ from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
+from amb_sweeps.contact_variations import DECISIVE, Tolerances, contact_variations
+from amb_sweeps.event_phases import undetected_share, with_labels
 from amb_sweeps.variations import Variation, identification_speeds, variations
 from amb_sweeps.worker import PointResult, Runner, Task
 
 AS_IT_IS = "as it is"
 UNDECIDED = "undecided"  # first word of such an outcome
+IN_PART = "robust in part"  # verdict if a quantity that decides a contact was not varied
 PEAK, IMPULSE, ORBIT = "peak_contact_force.", "peak_impulse.", "orbit_largest."  # metrics of a place
 
 
@@ -68,11 +72,15 @@ class Robustness(WarnedResult, DrawnResult):
     scenario
         Name of the scenario.
     change
-        Fraction by which quantities were changed, one at a time.
+        Fraction by which quantities were changed, one at a time, unless `varied` states another change.
     rows
         The run of the scenario, followed by the runs of its variations.
     not_varied
         Reasons why quantities were not varied, by name.
+    varied
+        By how much each quantity was varied, by name.
+    phases
+        Number of phases of the disturbance that were run; 1 if its phase was not varied.
     """
 
     name: ClassVar[str] = "robustness"
@@ -81,6 +89,8 @@ class Robustness(WarnedResult, DrawnResult):
     change: float
     rows: tuple[RobustnessRow, ...]
     not_varied: dict[str, str]
+    varied: dict[str, str] = field(default_factory=dict)
+    phases: int = 1
 
     @property
     def outcome(self) -> str:
@@ -101,12 +111,20 @@ class Robustness(WarnedResult, DrawnResult):
         return [row.changed for row in self.rows if row.outcome.startswith(UNDECIDED)]
 
     @property
+    def untested(self) -> list[str]:
+        """Quantities that decide a contact and were not varied; empty for a scenario without contact."""
+        return [name for name in DECISIVE if name in self.not_varied]
+
+    @property
     def verdict(self) -> str:
-        """`fragile` if a variation flips the outcome; `undecided` if a run ends too early; otherwise `robust`."""
-        return "fragile" if self.flips else UNDECIDED if self.undecided else "robust"
+        """`fragile` if a variation flips the outcome; `undecided` if a run ends too early; otherwise `robust`.
+
+        If the outcome of a run with contact never differs, but `untested` has quantities, it is `robust in part`.
+        """
+        return "fragile" if self.flips else UNDECIDED if self.undecided else IN_PART if self.untested else "robust"
 
     def text(self) -> list[TextBlock]:
-        """Return a table of the runs, the quantities not varied, and the verdict."""
+        """Return a table of the runs, the quantities varied and not varied, and the verdict."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.peak_force))
         places = list(dict.fromkeys(bearing for row in self.rows for bearing in row.orbit))
         headings = [*(f"{name_label(site)} (N)" for site in sites), *(f"{name_label(at)} (mm)" for at in places)]
@@ -117,15 +135,24 @@ class Robustness(WarnedResult, DrawnResult):
             figures = [*(row.peak_force.get(site) for site in sites), *(row.orbit.get(at) for at in places)]
             table.add_row(row.changed, row.reason or row.outcome, last, *(number(value) for value in figures))
         not_varied = [f"not varied: {name}, {reason}" for name, reason in self.not_varied.items()]
+        extents = ", ".join(f"{name} {extent}".rstrip() for name, extent in self.varied.items() if name != "phase")
+        varied = [f"varied: {extents}{', ' * bool(extents)}{self.varied.get('phase', '')}".removesuffix(", ")]
+        if self.phases > 1:
+            share = 100.0 * undetected_share(self.phases)
+            varied.append(
+                f"{self.phases} phases with one outcome leave another one possible in up to {share:.2g} % of all"
+            )
         flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
         verdict = {
             "fragile": f"fragile: {flips}",
             "undecided": f"undecided; extend the scenario: {', '.join(self.undecided)}",
+            IN_PART: f"robust in part: every run is {self.outcome}, but not varied: {', '.join(self.untested)}",
             "robust": f"robust: every run is {self.outcome}",
         }[self.verdict]
         return [
             table,
             "peak force of each site, largest orbit at each bearing and retainer",
+            *(varied if self.varied else []),
             *not_varied,
             verdict,
             *self.warning_lines(),
@@ -138,13 +165,17 @@ def robustness(
     rotor: RotorSource = None,
     set: Mapping[str, Raw] | None = None,
     change: float = 0.01,
+    friction: float | None = None,
+    restitution: float | None = None,
+    phases: int = 32,
     flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> Robustness:
     """Return whether a scenario keeps its outcome if H is identified in its loop, or if quantities change slightly.
 
-    K_b, C_b, alpha, clearances and unbalances are changed one at a time. Quantities that the machine lacks are not
-    varied.
+    K_b, C_b, alpha, clearances and unbalances are changed one at a time. If the rotor touches, friction, restitution,
+    the phase of the disturbance, and the properties of mounts, races and compliant contact are changed as well.
+    Quantities that the machine lacks are not varied.
 
     Parameters
     ----------
@@ -156,6 +187,12 @@ def robustness(
         Values by `component.variable` that replace the scenario's.
     change
         Fraction by which each quantity is changed, from 1e-6 to 0.5.
+    friction, restitution
+        Fraction by which friction is changed, and amount by which coefficients of restitution are changed, from 0 (not
+        at all) to 0.5; by default 0.2 and 0.1 if magnets lose their power, otherwise `change`.
+    phases
+        Number of phases within a turn at which the disturbance happens, from 1 (its own) to 360. The phase of a change
+        of unbalance alone is not varied, because it turns with the rotor.
     flavour
         Flavour of the FMUs.
     progress
@@ -168,24 +205,34 @@ def robustness(
         If the scenario, a value or a file is invalid, or the run of the scenario does not reach its end.
     """
     require(1e-6 <= change <= 0.5, "change", change, "from 1e-6 to 0.5")
-    scenario = as_scenario(scenario, rotor)
-    settings = dict(set or {})
-    runner = Runner(Task(scenario, settings, options=RunOptions(flavour=flavour)))
+    for name, value in (("friction", friction), ("restitution", restitution)):
+        require(value is None or 0.0 <= value <= 0.5, name, value, "from 0 to 0.5")
+    require(1 <= phases <= 360, "phases", phases, "from 1 to 360")
+    scenario = with_labels(as_scenario(scenario, rotor))
+    settings, tolerances = dict(set or {}), Tolerances(change, friction, restitution, phases)
+    runner = Runner(Task(scenario, settings, options=RunOptions(flavour=flavour), labels=scenario.labels))
     try:
         with progress_bar(progress) as report:
             prepared = runner.plan({})
+            base = runner.run(0, {})
+            rows = [_row(Variation(AS_IT_IS, {}), base)]
+            if rows[0].reason:
+                raise ValueError(f"scenario {scenario.name}: {rows[0].reason}")
+            touches = base.metrics.get("contact") != 0.0  # or unknown, of a plant from elsewhere
             varied = variations(prepared, settings, change, partial(_identified, scenario, settings, prepared, flavour))
-            cases = [Variation(AS_IT_IS, {}), *varied.made]
-            rows = []
-            for k, case in enumerate(cases):
+            if touches:
+                varied = varied.with_others(contact_variations(prepared, tolerances))
+            for k, case in enumerate(varied.made, 1):
+                report(k, 1 + len(varied.made))
                 rows.append(_row(case, runner.run(k, case.settings)))
-                report(k + 1, len(cases))
+            report(len(rows), len(rows))
     finally:
         runner.close()
-    if rows[0].reason:
-        raise ValueError(f"scenario {scenario.name}: {rows[0].reason}")
-    left_out = dict(varied.left_out)
-    return Robustness(scenario.name, change, tuple(rows), left_out, warnings=prepared.warnings)
+    return Robustness(
+        *(scenario.name, change, tuple(rows), dict(varied.left_out), dict(varied.extents)),
+        phases=phases if "phase" in varied.extents else 1,
+        warnings=prepared.warnings,
+    )
 
 
 def _identified(

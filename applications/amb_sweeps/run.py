@@ -30,7 +30,7 @@ from amb_sweeps import outcomes
 from amb_sweeps.axes import Vary
 from amb_sweeps.branching import varied_labels
 from amb_sweeps.check import check_points
-from amb_sweeps.engine import connect, run_missing
+from amb_sweeps.engine import MetricFailed, connect, run_missing
 from amb_sweeps.refine import BOUNDARIES, Refinement, check_refinement
 from amb_sweeps.sampling import SamplePlan, sample_plan
 from amb_sweeps.store import SweepStore, open_sweep
@@ -141,7 +141,8 @@ def sweep(
         the boundary of recovered, contact or rolling is bisected; or `lhs:N`, `sobol:N` or `saltelli:N` for N points in
         the ranges without a count.
     metrics
-        Functions that take a result and return named numbers, in addition to the key values.
+        Functions that take a result and return named numbers, in addition to the key values. An error of a metric is
+        stored as `metric_error`; outcome and other numbers of the run remain.
     keep
         Outcomes whose full records are saved in the folder `runs`: `trapped`, `failed`, ...; `all` for every run.
     boundary
@@ -158,7 +159,8 @@ def sweep(
     Raises
     ------
     ValueError
-        If a name, value or file is invalid, or the folder contains the sweep of another request.
+        If a name, value or file is invalid, the folder contains the sweep of another request, or a metric fails in the
+        first run because of an error of its own, such as a misspelt attribute.
     ClusterFailed
         If the cluster ended before the sweep was complete; earlier results are stored.
     KeyboardInterrupt
@@ -193,7 +195,11 @@ def sweep(
         with sweep_bar(progress) as report:
             if store.missing or bisected:
                 with connect(scheduler, jobs) as client:
-                    run_missing(client, name, task, store, report)
+                    try:
+                        run_missing(client, name, task, store, report)
+                    except MetricFailed:
+                        store.discard()
+                        raise
                     if bisected:
                         _refine(client, name, task, store, requested, report, certainty, boundary)
     return Sweep(folder, design, boundary)

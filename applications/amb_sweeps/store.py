@@ -6,7 +6,7 @@
 A single process writes the store. Every chunk is a file with a checksum, and is replaced atomically. `outcome` is
 written last and shows which points have results, so a sweep that was killed at any moment can resume. Metadata of the
 arrays are stored twice, in a file per array and in a common file (`.zmetadata`), so damage to either is detected. The
-only files that are removed are temporary files of a killed process.
+only files that are removed are temporary files of a killed process, and a store without results (`discard`).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -41,6 +42,7 @@ VALUES = {  # unit and description
     **KEY_VALUES,
     "outcome": ("", f"{', '.join(filter(None, COLOURS))}; empty: not run yet"),
     "reason": ("", "Why a run failed or stopped"),
+    "metric_error": ("", "Error of a user's metric, whose numbers are then missing"),
     "late_events": ("1", "Number of events without effect, because the run ends before them; NaN: none"),
     "seconds": ("s", "Wall-clock time of the run"),
     "shared": ("", "Fraction of the steps of the run that were restored from another point"),
@@ -102,9 +104,9 @@ class SweepStore:
     def add(self, results: Sequence[PointResult]) -> None:
         """Add results, and write their chunks and the selected records."""
         names = dict.fromkeys(name for result in results for name in result.metrics)
-        if new := [name for name in names if name not in self._values]:
-            self._values |= {name: np.full(self.design.shape, np.nan) for name in new}
-            self._write_new(new)
+        self._add_arrays([name for name in names if name not in self._values], np.nan)
+        if any(result.metric_error for result in results) and "metric_error" not in self._values:
+            self._add_arrays(["metric_error"], "")
         for result in results:
             if result.record is not None:
                 runs = self.folder / RUNS
@@ -114,9 +116,16 @@ class SweepStore:
             for name, value in (*result.metrics.items(), ("seconds", result.seconds)):
                 self._values[name][index] = value
             self._values["reason"][index] = result.reason[:LONGEST]
+            if result.metric_error:
+                self._values["metric_error"][index] = result.metric_error.text[:LONGEST]
             self._values["outcome"][index] = result.outcome
             self._dirty.add(int(index[0]) // self._rows)
         self._write()
+
+    def discard(self) -> None:
+        """Remove the store if it has no result, so that another request may use its folder."""
+        if len(self.missing) == self.design.size:
+            shutil.rmtree(self.path)
 
     def dataset(self) -> xr.Dataset:
         """Return the results so far as a data set over the axes."""
@@ -179,8 +188,12 @@ class SweepStore:
             staged.rename(target)
         consolidate(self.path)
 
-    def _write_new(self, names: Sequence[str]) -> None:
-        """Add arrays for new metrics, each atomically."""
+    def _add_arrays(self, names: Sequence[str], fill: float | str) -> None:
+        """Add arrays of one value for new variables, each atomically."""
+        if not names:
+            return
+        of_type = object if isinstance(fill, str) else np.float64  # texts of any length
+        self._values |= {name: np.full(self.design.shape, fill, of_type) for name in names}
         with temporary_folder(self.folder) as temporary:
             staged = self._staged(self._labelled(names).drop_vars(list(self._coordinates())), temporary)
             for name in names:

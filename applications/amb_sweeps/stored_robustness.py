@@ -17,27 +17,33 @@ from amb_files.toml import read_toml, validate
 FILE = "robustness.toml"
 HEAD = """\
 # Outcomes, and what flips them: H identified in the sampled loop, 1 % more and less of K_b, C_b, alpha, clearances and
-# unbalances, one at a time. Written by `amb-cosim report --robustness --pack {pack}`.
+# unbalances, one at a time. If magnets lose their power, also 20 % of friction, 0.1 of restitution, 1 % of mounts and
+# races, and 32 phases of the loss. Written by `amb-cosim report --robustness --pack {pack}`.
 
 """
 
 
 class StoredOutcome(Table):
-    """Outcome of a run and, by change, the outcomes of variations that end differently."""
+    """Outcome of a run, outcomes of variations that end differently, by change, and decisive quantities not varied."""
 
     outcome: str
     flips: dict[str, str] = Field(default={})
+    untested: list[str] = Field(default=[])
 
     @property
     def verdict(self) -> str:
-        """`fragile` if a variation flips the outcome; `undecided` if the run ends too early; otherwise `robust`."""
-        return "fragile" if self.flips else "undecided" if self.outcome.startswith("undecided") else "robust"
+        """The verdict of `Robustness`, of which only an undecided outcome of the run itself is stored."""
+        if self.flips:
+            return "fragile"
+        return "undecided" if self.outcome.startswith("undecided") else "robust in part" if self.untested else "robust"
 
     @property
     def text(self) -> str:
         """The verdict, and the changes that flip the outcome."""
         flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
-        return f"fragile ({flips})" if flips else self.verdict
+        if flips:
+            return f"fragile ({flips})"
+        return f"{self.verdict} ({', '.join(self.untested)} not varied)" if self.untested else self.verdict
 
 
 @cache

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import force_unit
@@ -40,6 +41,7 @@ def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, bound
         *_boundary_lines(folder, design, boundary),
         *_sensitivity_lines(design, dataset),
         *_failure_lines(dataset),
+        *_metric_lines(dataset),
     ]
 
 
@@ -116,6 +118,20 @@ def _sensitivity_lines(design: SamplePlan, dataset: xr.Dataset) -> list[str]:
 def _failure_lines(dataset: xr.Dataset) -> list[str]:
     """Return the reasons for failed runs, most frequent first."""
     failed = np.isin(dataset["outcome"].values, BROKEN_OFF)
-    reasons, counts = np.unique(dataset["reason"].values[failed], return_counts=True)
+    return [f"{count} of the runs: {reason}" for reason, count in _counted(dataset["reason"].values[failed])]
+
+
+def _metric_lines(dataset: xr.Dataset) -> list[str]:
+    """Return the errors of metrics, most frequent first."""
+    if "metric_error" not in dataset:
+        return []
+    errors, of_runs = dataset["metric_error"].values, dataset["outcome"].size
+    counted = _counted(errors[errors != ""])
+    return [f"{error}; it has no value for {count} of {of_runs} runs, whose outcomes stand" for error, count in counted]
+
+
+def _counted(texts: NDArray[Any]) -> list[tuple[str, int]]:
+    """Return texts and their numbers, most frequent first, at most `MOST_REASONS`."""
+    words, counts = np.unique(texts, return_counts=True)
     order = np.argsort(-counts, kind="stable")[:MOST_REASONS]
-    return [f"{counts[k]} of the runs: {reasons[k]}" for k in order]
+    return [(str(words[k]), int(counts[k])) for k in order]

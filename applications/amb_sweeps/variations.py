@@ -36,10 +36,17 @@ class Variation:
 
 @dataclass(frozen=True)
 class Variations:
-    """Variations of a scenario and, by name, the reasons why other quantities are not varied."""
+    """Variations of a scenario, reasons why other quantities are not varied, and changes of those that are, by name."""
 
     made: tuple[Variation, ...]
     left_out: Mapping[str, str]
+    extents: Mapping[str, str]
+
+    def with_others(self, others: Variations) -> Variations:
+        """Return these variations, followed by others."""
+        return Variations(
+            (*self.made, *others.made), {**self.left_out, **others.left_out}, {**self.extents, **others.extents}
+        )
 
 
 def variations(
@@ -61,21 +68,23 @@ def variations(
     identified
         Function that identifies H and returns its table; called only if the controller uses such a table.
     """
-    made, left_out = [], {}
+    made, left_out, extents = [], {}, {}
     if reason := _without_h(plan):
         left_out["identified H"] = reason
     else:
         try:
             made.append(Variation("identified H", {"receptances": identified()}))
+            extents["identified H"] = ""
         except ValueError as error:
             left_out["identified H"] = f"its identification failed: {error}"
     for name, scaled in _quantities(plan, settings):
         if isinstance(scaled, str):
             left_out[name] = scaled
             continue
+        extents[name] = f"{100.0 * change:g} %"
         for sign, factor in (("+", 1.0 + change), ("-", 1.0 - change)):
             made.append(Variation(f"{name} {sign} {100.0 * change:g} %", scaled(factor)))
-    return Variations(tuple(made), left_out)
+    return Variations(tuple(made), left_out, extents)
 
 
 def identification_speeds(plan: ScenarioPlan) -> list[float]:

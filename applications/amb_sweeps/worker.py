@@ -34,6 +34,8 @@ FIELDS = (
     *("unbalance_factor", "settle_cycles", "end_cycle", "end_time", "gravity", "gravity_angle", "coupling"),
     *("rotor", "receptances"),
 )
+OTHER_VARIABLES = ("outcome", "reason", "seconds", "metric_error")  # of the store, beside the metrics
+GENERAL = (AttributeError, ImportError, NameError, TypeError)  # errors of a function itself, rather than of one result
 _ASSEMBLED_FROM = ("system", "rotor", "receptances", "gradient", "fmu")  # fields of a scenario
 
 
@@ -63,8 +65,19 @@ class Task:
 
 
 @dataclass(frozen=True)
+class MetricError:
+    """Error of a user's metric; `is_general` if it is an error of the function itself, which other runs share."""
+
+    text: str
+    is_general: bool
+
+
+@dataclass(frozen=True)
 class PointResult:
-    """Result of a point: outcome, reason for a failure, metrics, wall-clock time (s), and its record as NetCDF."""
+    """Result of a point: outcome, reason for a failure, metrics, wall-clock time (s), and its record as NetCDF.
+
+    `metric_error` is the error of a user's metric, whose numbers are then missing. It changes nothing else.
+    """
 
     point: int
     outcome: str
@@ -72,6 +85,7 @@ class PointResult:
     metrics: Mapping[str, float] = field(default_factory=dict)
     seconds: float = 0.0
     record: bytes | None = None
+    metric_error: MetricError | None = None
 
 
 @dataclass(frozen=True)
@@ -122,31 +136,33 @@ class Runner:
             branches.keep(plan, recording.checkpoints)
         recovery, values = evaluate(bare_signals(plan, recording, machine.places))
         outcome, reason = outcome_of(recording.outcome, recovery)
+        metric_error = None
         if outcome == "failed":
             values = {}  # those of an aborted run have no meaning
         elif self.task.metrics:
-            numbers, error_text = self._user_metrics(make_result(plan, recording))
+            numbers, metric_error = self._user_metrics(make_result(plan, recording))
             values |= numbers
-            outcome, reason = ("failed", error_text) if error_text else (outcome, reason)
         if self.task.labels and values:
             values["shared"] = 0.0 if start is None else (start.point - plan.begin) / (plan.last - plan.begin)
         if values and (late := late_changes(plan.scenario, self.task.until, plan.period)):
             values["late_events"] = float(len(late))
         is_recorded = "all" in self.task.keep or outcome in self.task.keep
         record = _netcdf(make_result(plan, recording)) if is_recorded else None
-        return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
+        return PointResult(point, outcome, reason, values, time.perf_counter() - began, record, metric_error)
 
-    def _user_metrics(self, result: Result) -> tuple[dict[str, float], str]:
-        """Return the numbers that the user's functions return, and the error of the last function that failed."""
+    def _user_metrics(self, result: Result) -> tuple[dict[str, float], MetricError | None]:
+        """Return the numbers that the user's functions return, and the error of the first function that failed."""
         values: dict[str, float] = {}
-        error_text = ""
+        errors = []
         for metric in self.task.metrics:
             try:
-                values |= {_checked(name): float(value) for name, value in metric(result).items()}
+                values |= numbers_of(metric(result))
             except (Exception, SystemExit) as error:  # any error of a user's function
                 name = getattr(metric, "__name__", type(metric).__name__)
-                error_text = f"metric {name}: {type(error).__name__}: {error}"
-        return values, error_text
+                errors.append(
+                    MetricError(f"metric {name}: {type(error).__name__}: {error}", isinstance(error, GENERAL))
+                )
+        return values, next(iter(errors), None)
 
     def close(self) -> None:
         """Free the FMUs."""
@@ -225,13 +241,27 @@ def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:
     return {**event.model_dump(mode="json", exclude_none=True), **changes, "set": values}
 
 
-def _checked(name: str) -> str:
-    """Return the name of a user's metric; raise ValueError if the store does not allow it as the name of a variable."""
-    if not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in ("outcome", "reason", "seconds"):
-        raise ValueError(
-            f"{name!r} is not a name for a metric; it must have the form friction_heat or friction_heat.seal"
-        )
-    return name
+def numbers_of(returned: object) -> dict[str, float]:
+    """Return what a user's metric returned as numbers by name.
+
+    Raises
+    ------
+    TypeError
+        If it is not a mapping of names, which the store allows for a variable, to numbers.
+    """
+    if not isinstance(returned, Mapping):
+        raise TypeError(f"it returned {returned!r:.80}; it must return a dict of numbers by name")
+    numbers = {}
+    for name, value in returned.items():
+        if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in OTHER_VARIABLES:
+            raise TypeError(
+                f"{name!r} is not a name for a metric; it must have the form friction_heat or friction_heat.seal"
+            )
+        try:
+            numbers[name] = float(value)
+        except (TypeError, ValueError):
+            raise TypeError(f"{name} = {value!r:.80} is not a number") from None
+    return numbers
 
 
 def _netcdf(result: Result) -> bytes:

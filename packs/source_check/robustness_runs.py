@@ -33,8 +33,8 @@ class OutcomeCase:
 def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict[str, str]:
     """Repeat the runs of a pack, store which outcomes are robust, and return the reason for each failure, by run.
 
-    Each run is repeated with H identified, and with each quantity increased and decreased by 1 %. The report and the
-    pages show the stored results.
+    Each run is repeated as by `study robustness`: with H identified, and with changes of each quantity. The report and
+    the pages show the stored results.
     """
     stored = 0
     failures: dict[str, str] = {}
@@ -94,4 +94,4 @@ def outcome_of_case(case: OutcomeCase) -> StoredOutcome | str:
         result = robustness(case.scenario, set=case.settings, progress=False)
     except ValueError as error:
         return str(error)
-    return StoredOutcome(outcome=result.outcome, flips=result.flips)
+    return StoredOutcome(outcome=result.outcome, flips=result.flips, untested=result.untested)

@@ -46,6 +46,32 @@ def test_the_command_maps_a_scenario_and_resumes(command, tmp_path):
     assert "metrics" in different.output
 
 
+def test_a_metric_that_can_evaluate_no_run_is_refused_and_its_folder_stays_free(command, tmp_path):
+    (tmp_path / "own.py").write_text(METRIC + "def wrong(result):\n    return result.dataset.cycles\n")
+    options = ["--vary", "rotor_contact.d1.u=5 g.m,60 g.m", "--no-plots", "--metric"]
+    refused = command(*options, f"{tmp_path / 'own.py'}:wrong")
+    assert refused.exit_code == 2
+    assert_names(refused.output, "metric wrong", "AttributeError", "cycles")
+    corrected = command(*options, f"{tmp_path / 'own.py'}:turns")
+    assert corrected.exit_code == 0, corrected.output
+
+
+def test_a_metric_without_a_value_at_one_point_is_named_and_changes_no_outcome(command, tmp_path):
+    (tmp_path / "own.py").write_text(
+        "def first_force(result):\n"
+        "    force = result.dataset['rotor_contact.rb1.f_n'].values\n"
+        "    return {'first_force': force[force > 0.0][0]}\n"
+    )
+    options = ["--vary", "rotor_contact.d1.u=5 g.m,60 g.m", "--no-plots", "--metric"]
+    result = command(*options, f"{tmp_path / 'own.py'}:first_force")
+    assert result.exit_code == 0, result.output
+    assert_names(result.output, "1 undecided", "1 completed", "metric first_force", "IndexError", "1 of 2 runs")
+    data = open_sweep(tmp_path / "out")
+    assert data["outcome"].values.tolist() == ["completed", "undecided"]
+    assert [bool(error) for error in data["metric_error"].values] == [True, False]
+    assert np.isnan(data["first_force"].values).tolist() == [True, False]
+
+
 @pytest.mark.parametrize(("name", "file"), files_of("sweeps").items())
 def test_ready_sweeps_fit_their_scenarios(name, file):
     study = read_sweep(name, file)

@@ -193,8 +193,6 @@ def test_a_further_point_reads_no_file_and_builds_no_dataset(monkeypatch):
 
 
 def test_user_metrics_are_added_and_see_the_whole_record():
-    task = Task(SCENARIO, until=UNTIL, metrics=(lambda result: {"largest": float(result.dataset["theta_true"].size)},))
-    assert Runner(task).run(0, {}).outcome == "failed"
     task = Task(SCENARIO, until=UNTIL, metrics=(lambda result: {"samples": result.dataset.sizes["time"]},))
     assert Runner(task).run(0, {}).metrics["samples"] == 241
 
@@ -204,17 +202,23 @@ def broken(result):
 
 
 @pytest.mark.parametrize(
-    ("metric", "words"),
+    ("metric", "is_general", "words"),
     [
-        (lambda result: sys.exit(0), ("metric <lambda>: SystemExit: 0",)),
-        (broken, ("metric broken: KeyError: 'nothing'",)),
-        *((lambda result, name=name: {name: 1.0}, ("name",)) for name in ("a/b", "outcome", "", "1st")),
+        (lambda result: sys.exit(0), False, ("metric <lambda>: SystemExit: 0",)),
+        (broken, False, ("metric broken: KeyError: 'nothing'",)),
+        (lambda result: result.datasett, True, ("AttributeError", "datasett")),
+        (lambda: {}, True, ("TypeError",)),
+        (lambda result: 1.0, True, ("1.0", "dict")),
+        (lambda result: {"largest": "much"}, True, ("largest", "'much'")),
+        *((lambda result, name=name: {name: 1.0}, True, ("name",)) for name in ("a/b", "outcome", "", "1st", 1)),
     ],
 )
-def test_a_metric_that_cannot_be_used_fails_its_point_with_the_reason(metric, words):
-    point = Runner(Task(SCENARIO, until=UNTIL, metrics=(metric,))).run(0, {})
-    assert (point.outcome, {"a/b", "outcome", "", "1st"} & point.metrics.keys()) == ("failed", set())
-    assert_names(point.reason, *words)
+def test_an_error_of_a_metric_leaves_outcome_and_values_of_the_run(metric, is_general, words):
+    point = Runner(Task(SCENARIO, until=UNTIL, metrics=(metric, lambda result: {"two": 2.0}))).run(0, HIT)
+    assert (point.outcome, point.reason, point.metrics["two"]) == ("undecided", "", 2.0)
+    assert point.metrics["peak_contact_force"] > 0.0
+    assert point.metric_error.is_general == is_general
+    assert_names(point.metric_error.text, *words)
 
 
 def test_a_value_that_is_not_allowed_is_an_invalid_point():

@@ -12,6 +12,7 @@ from amb_assessment.first_design.design import Design, Progress, first_design
 from amb_assessment.first_design.levitation import TRIP, OperatingPoint, operating_points
 from amb_assessment.first_design.rotor_text import damping, filled, reduction, require_name, supports
 from amb_assessment.first_design.sizing import BANDWIDTH, SAMPLE_TIMES, MachineSizes, MagnetData, machine_sizes
+from amb_assessment.first_design.whirl_onset import FRICTION, race_of, whirl_onset
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.processes.blas import one_blas_thread
 from amb_cosim.cosim.run.options import RunOptions
@@ -30,6 +31,7 @@ TEMPLATES = Path(__file__).parent / "templates"
 ROTOR, LEVITATION = "rotor.toml", "levitation.toml"
 WIDE = 0.1  # m, the widest gap
 SAMPLED = (1e-6, 1e-2)  # s, the shortest and the longest sample time
+LANDING = 0.5  # s, shortest landing
 FALL = "landing.toml"  # the base scenario of those with a drop
 
 
@@ -237,12 +239,12 @@ def _values(
     name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], design: Design, tilt: float
 ) -> dict[str, str]:
     """Return the values that are filled into the templates."""
-    r = 0.5 * sizes.diameter
-    race_inertia, race_drag = 0.01 * sizes.mass * r**2, 0.0015 * 0.5 * sizes.mass * STANDARD_GRAVITY * r
+    race = race_of(sizes.mass, sizes.diameter)
     races = [
-        f'"{site.name}.race_inertia" = "{race_inertia:.5g} kg.m2"\n"{site.name}.race_drag" = "{race_drag:.5g} N.m"'
+        f'"{site.name}.race_inertia" = "{race.inertia:.5g} kg.m2"\n"{site.name}.race_drag" = "{race.drag:.5g} N.m"'
         for site in sizes.retainers
     ]
+    onset = whirl_onset(sizes.mass, sizes.speed, sizes.clearance, race, tilt) if races else 0.0
     pid = design.pid
     gains = [f'"{b}.k_b_?" = "{k:.5g} N/m"\n"{b}.c_b_?" = "{pid.c_b[b]:.5g} N.s/m"' for b, k in pid.k_b.items()]
     rows = [_row(bearing, sizes.loads[bearing], p.coils, p.k_s, p.k_i) for bearing, p in points.items()]
@@ -251,7 +253,7 @@ def _values(
         "plane": sizes.plane.name,
         "sensor": sizes.rotor.sensors[0].x,
         "races": "\n".join(races),
-        "friction": '"*.mu" = 0.12  # steel on steel, lubricated' if races else "# no retainers",
+        "friction": f'"*.mu" = {FRICTION}  # steel on steel, lubricated' if races else "# no retainers",
         "bearing_rows": "\n".join(rows),
         "of_magnets": _coil_lines(sizes),
         "gains": "\n".join(gains),
@@ -263,6 +265,8 @@ def _values(
     numbers = {
         "mass": sizes.mass,
         "rpm": sizes.speed * RPM,
+        "whirl_onset": onset,
+        "landing_end": max(LANDING, onset),
         "slow_rpm": 0.05 * sizes.speed * RPM,
         "least_rpm": 0.8 * sizes.speed * RPM,
         "derivative_time": 1e6 * pid.derivative_time,

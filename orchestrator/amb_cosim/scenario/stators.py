@@ -21,6 +21,7 @@ from amb_cosim.cosim.system.values import Raw, is_zero
 from amb_cosim.model_constants.stator_names import stator_site
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.scenario_tables import Event
 from amb_files.wildcards import matching_names
 
 if TYPE_CHECKING:
@@ -49,6 +50,12 @@ def _is_of_stator(name: str) -> bool:
 def _switches_off(name: str, raw: Raw) -> bool:
     variable = name.rpartition(".")[2]
     return name.startswith(f"{ACTUATOR}.") and not is_zero(raw) and bool(matching_names(SWITCHES, variable))
+
+
+def switches_amplifiers_off(event: Event) -> bool:
+    """Return whether an event takes the power of a magnet."""
+    changes = [(f"{component}.{v}", raw) for component, values in event.set.items() for v, raw in values.items()]
+    return any(_switches_off(name, raw) for name, raw in changes)
 
 
 def touchable_stators(scenario: Scenario, system: System, settings: Mapping[str, Raw]) -> tuple[str, ...]:
