@@ -9,7 +9,7 @@ from signal_chain.variables import CHAIN, FAULT_INPUTS, sensor_faults, sensor_sc
 
 MAX_DELAY = 32.0  # samples
 NO_LIMIT = 1e9  # A
-LARGEST_SPEED = 1e4  # rad/s
+LARGEST_SPEED = 1e5  # rad/s, 955,000 rpm: beyond the bursting speed of any rotor of this kind
 ROUNDING = 1e-9  # relative; a sample time converted from another unit has rounding
 
 

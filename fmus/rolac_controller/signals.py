@@ -9,7 +9,7 @@ from rolac_controller.enumerations import ERRORS, STATUSES, stages
 from signal_chain.variables import FAULT_INPUTS, sensor_faults
 
 LARGEST_ANGLE = 1e9  # rad, 18 days at full speed; it still resolves 1e-7 rad
-LARGEST_SPEED = 1e4  # rad/s
+LARGEST_SPEED = 1e5  # rad/s, 955,000 rpm: beyond the bursting speed of any rotor of this kind
 LARGEST_CONDITION = 1e16
 
 

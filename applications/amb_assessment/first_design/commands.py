@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from amb_cosim.commands.cli import main
-from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.cli_errors import Failed, refusing
 from amb_cosim.commands.options import FLAVOUR, SPEED, WithUnit
 from amb_cosim.commands.printing import warn_of_sizes
 from amb_cosim.cosim.choices import Flavour
@@ -47,7 +47,7 @@ def _positions(text: str) -> list[str]:
 @click.option(
     "--gap",
     type=WithUnit("0.4 mm"),
-    help="Air gap of the magnets; default: twice the retainers' clearance, or 1/250 of the shaft's diameter.",
+    help="Air gap of the magnets; default: twice the retainers' clearance, or about 1/250 of the shaft's diameter.",
 )
 @click.option("--tilt", type=WithUnit("90 deg"), help="Angle of the shaft above the horizontal; default: 0 deg.")
 @click.option(
@@ -57,7 +57,12 @@ def _positions(text: str) -> list[str]:
 @click.option(
     "--sample-time",
     type=WithUnit("50 us"),
-    help="Sample time of the controller; default: 50 us, or 25 us if that is too long.",
+    help="Sample time of the controller; default: 50 us, or less if that is too long.",
+)
+@click.option(
+    "--bandwidth",
+    type=WithUnit("2 kHz"),
+    help="Bandwidth of the amplifiers for small signals; default: 1.4 kHz, or twice the speed.",
 )
 @click.option(
     "--drive",
@@ -79,6 +84,7 @@ def new(
     thrust_disc: bool,
     bias: str | None,
     sample_time: str | None,
+    bandwidth: str | None,
     drive: Drive | None,
     flavour: Flavour,
 ) -> None:
@@ -89,7 +95,7 @@ def new(
     The rotor is read from a file, or it is a plain shaft with a given mass and length. The command prompts for missing
     values.
     """
-    from amb_assessment.first_design.files import new_machine
+    from amb_assessment.first_design.files import NotLevitated, new_machine
     from amb_assessment.first_design.levitation import TRIP
     from amb_assessment.first_design.rotor_text import require_speed
     from amb_cosim.cosim.system.values import quantity
@@ -113,13 +119,17 @@ def new(
                 progress.update(task, description=f"sample time {1e6 * sample_time:g} µs, gains tried: {tried}")
 
             air, angle = None if gap is None else quantity(gap, "m", "gap"), quantity(tilt or 0.0, "rad", "tilt")
-            machine = new_machine(
-                *(folder, text, Omega, positions, magnet, flavour, report),
-                gap=air,
-                tilt=angle,
-                thrust_disc=thrust_disc,
-                sample_time=None if sample_time is None else quantity(sample_time, "s", "sample time"),
-            )
+            try:
+                machine = new_machine(
+                    *(folder, text, Omega, positions, magnet, flavour, report),
+                    gap=air,
+                    tilt=angle,
+                    thrust_disc=thrust_disc,
+                    sample_time=None if sample_time is None else quantity(sample_time, "s", "sample time"),
+                    bandwidth=None if bandwidth is None else quantity(bandwidth, "Hz", "bandwidth"),
+                )
+            except NotLevitated as error:
+                machine = error.machine
     _echo_design(folder.name, machine.design)
     for bearing, point in machine.points.items():
         upper, lower = point.coils
@@ -146,15 +156,18 @@ def new(
     if tilt is None:
         click.echo("the shaft is assumed to be horizontal; set --tilt '90 deg' for an upright shaft")
     if gap is None and magnet is None:
-        basis = (
-            "twice the least clearance" if "bearings" not in machine.assumed else "1/250 of the diameter, 0.3 to 1 mm"
-        )
+        basis = "twice the least clearance" if "bearings" not in machine.assumed else "about 1/250 of the diameter"
         click.echo(f"the gap is assumed, {basis}; set it with --gap")
     click.echo(
         f"the largest current of {sizes.current_limit:.3g} A and the trip speed of {TRIP * sizes.speed * RPM:.5g} rpm "
         "are assumed; enter yours as current_limit in levitation.toml and trip in machine.toml"
     )
-    click.echo(_lag(machine.design))
+    if bandwidth is None:
+        click.echo(
+            f"amplifiers of {1e-3 * sizes.bandwidth:.3g} kHz are assumed, 1.4 kHz or twice the frequency of the speed; "
+            "set --bandwidth"
+        )
+    click.echo(_lag(machine.design, sizes.bandwidth))
     if not sizes.retainers:
         click.echo("the rotor has no retainers and cannot land; add them to rotor.toml as [[sites]] with a bearing")
     if "bearings" in machine.assumed:
@@ -174,6 +187,8 @@ def new(
             "no windage is assumed: without spin.drag in levitation.toml, only the retainers slow down an undriven "
             "rotor"
         )
+    if machine.design.refusal:
+        raise Failed(f"{machine.design.refusal}; {folder} has the design that comes closest")
     first = folder / ("landing.toml" if sizes.retainers else "levitation.toml")
     click.echo(f"wrote {folder}; next: amb-cosim run {first}")
 
@@ -233,7 +248,9 @@ def _echo_design(name: str, design: Design) -> None:
     """Print the behaviour of the levitated machine, the targets that it misses, and its gains."""
     loop, pid = design.loop, design.pid
     click.echo(
-        f"{name} levitates: sensitivity at most {loop.peak.value:.3g}, zone {loop.zone} of ISO 14839-3 "
+        f"{name} does not levitate: {loop.least_damped}"
+        if design.refusal
+        else f"{name} levitates: sensitivity at most {loop.peak.value:.3g}, zone {loop.zone} of ISO 14839-3 "
         f"({loop.peak.axis}, {loop.peak.frequency:.0f} Hz), and {loop.peak_beyond.value:.3g} above 2 kHz; damping "
         f"ratios at least {loop.damping}"
     )
@@ -251,19 +268,17 @@ def _echo_design(name: str, design: Design) -> None:
         click.echo(f"bearing {bearing}: K_b = {k_b:.3g} N/m, C_b = {pid.c_b[bearing]:.3g} N s/m in the closed loop")
 
 
-def _lag(design: Design) -> str:
+def _lag(design: Design, bandwidth: float) -> str:
     """Return the assumed lags of amplifier, filter and computer for the vibration with the least margin to its target.
 
     A first-order amplifier lags by atan(f/f_b). A demand that is delayed by one sample and then held for one sample
     lags by 1.5 T.
     """
-    from amb_assessment.first_design.sizing import BANDWIDTH
-
     omega, sample_time = design.loop.frequency, design.sample_time
     hertz = omega / (2.0 * math.pi)
-    amplifier, computer = math.degrees(math.atan(hertz / BANDWIDTH)), 540.0 * hertz * sample_time
+    amplifier, computer = math.degrees(math.atan(hertz / bandwidth)), 540.0 * hertz * sample_time
     return (
-        f"assumed lag at {hertz:.0f} Hz: {amplifier:.0f} deg from amplifiers of {1e-3 * BANDWIDTH:g} kHz, "
+        f"assumed lag at {hertz:.0f} Hz: {amplifier:.0f} deg from amplifiers of {1e-3 * bandwidth:.3g} kHz, "
         f"{computer:.0f} deg from a computer with a sample time of {1e6 * sample_time:g} µs and a delay of one sample, "
         "none from sensor filters"
     )

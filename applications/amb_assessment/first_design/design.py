@@ -24,7 +24,7 @@ from amb_assessment.first_design.shortfalls import (
     shortfalls,
     soft_bearings,
 )
-from amb_assessment.first_design.sizing import SAMPLE_TIMES, MachineSizes
+from amb_assessment.first_design.sizing import MachineSizes
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.scenario import Scenario
@@ -46,6 +46,8 @@ class Design:
         Sentences about missed targets and their causes.
     rejected
         The designs with other sample times that were tried; their shortfalls are those of the loop alone.
+    refusal
+        Why the design levitates nothing, and what to change; empty if it levitates the rotor.
     """
 
     sample_time: float
@@ -53,6 +55,7 @@ class Design:
     levitation: Levitation | None = None
     shortfalls: tuple[str, ...] = ()
     rejected: tuple[Design, ...] = ()
+    refusal: str = ""
 
     @property
     def loop(self) -> Levitation:
@@ -69,9 +72,12 @@ def first_design(
     scenario: Callable[[Design], Scenario],
     options: RunOptions,
     progress: Progress = lambda sample_time, tried: None,
-    sample_times: Sequence[float] = SAMPLE_TIMES,
+    *,
+    sample_times: Sequence[float],
 ) -> Design:
     """Return the design with the first sample time that reaches zone A, or else the design closest to its targets.
+
+    If no design levitates the rotor, the closest one has a `refusal`, which names the growing motion and a change.
 
     Parameters
     ----------
@@ -85,11 +91,6 @@ def first_design(
         Function that is called with a sample time and the number of sets of gains tried with it.
     sample_times
         Sample times (s) in the order in which they are tried.
-
-    Raises
-    ------
-    ValueError
-        If no design levitates the rotor. The message names the growing motion and suggests a change.
     """
     k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
     candidates = []
@@ -106,11 +107,12 @@ def first_design(
         if levitation.zone == "A" and levitation.holds:
             break
     best, machine = min(candidates, key=lambda item: item[0].loop.lack)
-    if not best.loop.is_stable:
-        raise ValueError(_refusal(sizes, best, machine))
-    missed = (*shortfalls(machine, best.loop, sizes.speed), *soft_bearings(best.pid, k_s), *high_voltage(sizes))
     others = tuple(item for item, _ in candidates if item is not best)
     rejected = tuple(replace(item, shortfalls=tuple(loop_shortfalls(item.loop))) for item in others)
+    if not best.loop.is_stable:
+        refusal = _refusal(sizes, best, machine)
+        return replace(best, shortfalls=tuple(high_voltage(sizes)), rejected=rejected, refusal=refusal)
+    missed = (*shortfalls(machine, best.loop, sizes.speed), *soft_bearings(best.pid, k_s), *high_voltage(sizes))
     return replace(best, shortfalls=missed, rejected=rejected)
 
 

@@ -11,7 +11,7 @@ from amb_assessment.first_design import thrust
 from amb_assessment.first_design.design import Design, Progress, first_design
 from amb_assessment.first_design.levitation import TRIP, OperatingPoint, operating_points
 from amb_assessment.first_design.rotor_text import damping, filled, reduction, require_name, supports
-from amb_assessment.first_design.sizing import BANDWIDTH, SAMPLE_TIMES, MachineSizes, MagnetData, machine_sizes
+from amb_assessment.first_design.sizing import MachineSizes, MagnetData, machine_sizes, sample_times_for
 from amb_assessment.first_design.whirl_onset import FRICTION, race_of, whirl_onset
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.processes.blas import one_blas_thread
@@ -30,6 +30,7 @@ from rotor_analysis.rotor_file import rotor_from
 TEMPLATES = Path(__file__).parent / "templates"
 ROTOR, LEVITATION = "rotor.toml", "levitation.toml"
 WIDE = 0.1  # m, the widest gap
+BANDWIDTHS = (10.0, 1e6)  # Hz, of the slowest and of the fastest amplifier
 SAMPLED = (1e-6, 1e-2)  # s, the shortest and the longest sample time
 LANDING = 0.5  # s, shortest landing
 FALL = "landing.toml"  # the base scenario of those with a drop
@@ -58,6 +59,14 @@ class NewMachine:
     axis: thrust.Thrust | None = None
 
 
+class NotLevitated(ValueError):
+    """No gains levitate a rotor; `machine` has been written with the gains that come closest."""
+
+    def __init__(self, machine: NewMachine) -> None:
+        super().__init__(f"{machine.design.refusal}; {machine.folder} has the design that comes closest")
+        self.machine = machine
+
+
 @one_blas_thread()
 def new_machine(
     folder: Path,
@@ -72,6 +81,7 @@ def new_machine(
     tilt: float = 0.0,
     thrust_disc: bool = False,
     sample_time: float | None = None,
+    bandwidth: float | None = None,
 ) -> NewMachine:
     """Write the rotor, scenarios, a machine file and a page about them into a new folder.
 
@@ -100,18 +110,24 @@ def new_machine(
     thrust_disc
         Whether to add a thrust disc, and faces at the lower retainer, to a rotor file without a thrust disc.
     sample_time
-        Sample time of the controller (s); by default the first of `SAMPLE_TIMES` with which the design reaches zone A.
+        Sample time of the controller (s); by default the first of `sample_times_for` that reaches zone A.
+    bandwidth
+        Bandwidth of the amplifiers for small signals (Hz); by default `bandwidth_for` the speed.
 
     Raises
     ------
     ValueError
         If the folder exists or its name is not allowed in a TOML file, or if the rotor file is invalid or lacks parts
-        that `machine_sizes` needs. The error is also raised if both `rotor` and `bearings` define bearings, or if no
-        gains levitate the rotor.
+        that `machine_sizes` needs. The error is also raised if both `rotor` and `bearings` define bearings.
+    NotLevitated
+        If no gains levitate the rotor. The files are written with the gains that come closest, and state the reasons.
     """
     require_name(folder.name)
     require(abs(tilt) <= 0.5 * math.pi, "tilt", f"{math.degrees(tilt):g} deg", ">= -90 deg and <= 90 deg")
     require(gap is None or 0.0 < gap <= WIDE, "gap", f"{gap} m", f"> 0 m and <= {WIDE:g} m")
+    slow, fast = BANDWIDTHS
+    allowed = f">= {slow:g} Hz and <= {1e-3 * fast:g} kHz"
+    require(bandwidth is None or slow <= bandwidth <= fast, "bandwidth", f"{bandwidth or 0.0:g} Hz", allowed)
     least, most = SAMPLED
     sampled = f">= {1e6 * least:g} us and <= {1e6 * most:g} us"
     if sample_time is not None:
@@ -135,7 +151,7 @@ def new_machine(
         axial = thrust.disc_and_faces(supported, gap)
         supported = _rotor_of(stated_text + axial, name)
     whole, supported = supported, replace(supported, thrust_disc=None, faces=())  # the second for the radial design
-    sizes = machine_sizes(supported, speed, magnet, gap=gap, tilt=tilt)
+    sizes = machine_sizes(supported, speed, magnet, gap=gap, tilt=tilt, bandwidth=bandwidth)
     points = operating_points(sizes)
 
     def values(design: Design) -> dict[str, str]:
@@ -145,8 +161,8 @@ def new_machine(
         text, what = _filled(values(design), bool(sizes.retainers))[LEVITATION], f"scenario {folder / LEVITATION}"
         return make_scenario(parse_toml(text, what) | {"rotor": supported}, LEVITATION)
 
-    sample_times = SAMPLE_TIMES if sample_time is None else (sample_time,)
-    design = first_design(sizes, scenario, RunOptions(flavour=flavour), progress, sample_times)
+    sample_times = sample_times_for(speed) if sample_time is None else (sample_time,)
+    design = first_design(sizes, scenario, RunOptions(flavour=flavour), progress, sample_times=sample_times)
     if not drawn.bearings:
         rotor += supports(drawn, bearings, design.pid.k_b, design.pid.c_b, gap)
     of_files, of_axis, axis = values(design), dict[str, str](), None
@@ -155,7 +171,7 @@ def new_machine(
         of_files["control_file"] = f'\nfmu.rolac_controller = "{thrust.CONTROL}"'
         of_files["rolac_parameters"], of_files["rolac_inputs"] = thrust.limits(sizes, axis), ""
         of_files["of_magnets"] += axis.lines
-        of_files["thrust_bearing"] = thrust.machine_part(axis)
+        of_files["thrust_bearing"] = thrust.machine_part(axis, sizes.bandwidth)
         of_files["bearing_rows"] += f"\n{_row(axis.name, abs(axis.load), axis.coils, axis.point.k_s, axis.point.k_i)}"
         of_axis[thrust.CONTROL] = thrust.controller(folder.name, sizes, axis, design.pid, design.sample_time)
     files = {ROTOR: rotor + axial, **_filled(of_files, bool(sizes.retainers)), **of_axis}
@@ -164,7 +180,10 @@ def new_machine(
     assumed = {"bearings": not drawn.bearings, "damping": not has_damping, "thrust_disc": bool(axial)}
     parts = tuple(part for part, is_assumed in assumed.items() if is_assumed)
     typical, lying = (machine_sizes(supported, speed, gap=gap, tilt=angle).magnet for angle in (tilt, 0.0))
-    return NewMachine(folder, parts, sizes, typical, lying, points, design, axis)
+    made = NewMachine(folder, parts, sizes, typical, lying, points, design, axis)
+    if design.refusal:
+        raise NotLevitated(made)
+    return made
 
 
 def _rotor_of(text: str, name: str) -> Rotor:
@@ -213,6 +232,12 @@ def _behaviour(design: Design) -> str:
     loop = design.levitation
     if loop is None:
         return ""
+    if design.refusal:
+        lines = (
+            *design.shortfalls,
+            *(f"{1e6 * other.sample_time:g} us: {'; '.join(other.shortfalls)}" for other in design.rejected),
+        )
+        return "\n".join((f"**This machine does not levitate**: {design.refusal}.", *(f"\n- {lack}" for lack in lines)))
     peak = loop.peak
     text = (
         f"The largest sensitivity of the sampled loop up to the trip speed is {peak.value:.3g}, zone {loop.zone} of "
@@ -281,7 +306,7 @@ def _values(
         "resistance": sizes.resistance,
         "inductance": 1e3 * sizes.inductance,
         "voltage_limit": sizes.voltage_limit,
-        "bandwidth": 1e-3 * BANDWIDTH,
+        "bandwidth": 1e-3 * sizes.bandwidth,
         "unbalance": 1e6 * sizes.unbalance,
         "drive_gain": 1e-3 * sizes.mass * sizes.diameter,
         "drive_torque": 0.1 * sizes.mass * sizes.diameter,

@@ -47,7 +47,8 @@ from array_types import Array
 from rotor_analysis.rotor import Rotor
 
 STIFFNESSES = (0.75, 1.1, 1.6)  # k = K_b/K_s of the grid
-LEADS = (0.4, 0.8, 1.6, 3.2)  # C_b/(K_b + K_s) of the grid (ms)
+LEADS = (0.4, 0.8, 1.6, 3.2)  # C_b/(K_b + K_s) of the grid, in `lead_unit`
+LEAD, DRIFTS = 1e-3, (200.0, 1000.0)  # s, and rates sqrt(K_s/m) of magnets (rad/s) between which it is the unit
 FILTERS = (0.2, 2.0)  # derivative's filter of the grid, over the sample time
 TRIP = 1.05  # trip speed over the highest speed, as in machine files
 SEARCHED = (0.0, 0.6, TRIP)  # speeds of the search over the highest
@@ -185,7 +186,19 @@ def _point(sizes: MachineSizes, bearing: str, load: float) -> OperatingPoint:
     return OperatingPoint(float(p.bias_current), float(p.static_current), float(at_rest.k_s), float(at_rest.k_i))
 
 
-def pid_of(k_s: dict[str, float], ratios: Sequence[float], sample_time: float) -> Pid:
+def lead_unit(sizes: MachineSizes) -> float:
+    """Return the time (s) in which the search measures leads: 1 ms, scaled with slow or fast magnets.
+
+    Without control, a rotor leaves the centre of its magnets at the rate sqrt(K_s/m). The lead that holds it is
+    proportional to the reciprocal of this rate.
+    """
+    k_s = [point.k_s for point in operating_points(sizes).values()]
+    rate = math.sqrt(max(k_s) * len(k_s) / sizes.mass)
+    slow, fast = DRIFTS
+    return LEAD * min(max(rate, slow), fast) / rate
+
+
+def pid_of(k_s: dict[str, float], ratios: Sequence[float], sample_time: float, unit: float = LEAD) -> Pid:
     """Return the PID with K_b = k K_s and C_b = t (K_b + K_s).
 
     Parameters
@@ -193,13 +206,13 @@ def pid_of(k_s: dict[str, float], ratios: Sequence[float], sample_time: float) -
     k_s
         K_s of the bearings (N/m).
     ratios
-        k (1) and t (ms) of each bearing, followed by the derivative's time constant divided by the sample time.
-    sample_time
-        Sample time of the controller (s).
+        k (1) and t (in `unit`) of each bearing, followed by the derivative's time constant divided by the sample time.
+    sample_time, unit
+        Sample time of the controller (s), and unit of t (s; see `lead_unit`).
     """
     k, lead = np.reshape(ratios[:-1], (-1, 2)).T
     k_b = {bearing: float(k[n] * value) for n, (bearing, value) in enumerate(k_s.items())}
-    c_b = {bearing: float(1e-3 * lead[n] * (k_b[bearing] + value)) for n, (bearing, value) in enumerate(k_s.items())}
+    c_b = {bearing: float(unit * lead[n] * (k_b[bearing] + value)) for n, (bearing, value) in enumerate(k_s.items())}
     return Pid(k_b, c_b, float(ratios[-1] * sample_time))
 
 
@@ -274,6 +287,7 @@ class Designer:
         self._scenario, self._options, self.speed = scenario, options, sizes.speed
         self._progress, self._tried = progress, 0
         self._k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
+        self._unit = lead_unit(sizes)
         self.wanted = wanted_ratios(sizes.rotor)
 
     @cached_property
@@ -320,7 +334,7 @@ class Designer:
         """Return the PID for `ratios` (`pid_of`); a single pair of stiffness and lead is used for all bearings."""
         *of_bearings, tau = np.asarray(ratios, dtype=float)
         repeated = of_bearings * (len(self._k_s) if len(of_bearings) == 2 else 1)
-        return pid_of(self._k_s, [*repeated, tau], self._searches[0].sample_time)
+        return pid_of(self._k_s, [*repeated, tau], self._searches[0].sample_time, self._unit)
 
     def lack(self, ratios: Sequence[float] | Array) -> float:
         """Return the sum (1) for `ratios` (`pid_of`).

@@ -78,7 +78,9 @@ def supports(
 ) -> str:
     """Return the text of bearings, retainers and sensors for a rotor file without them.
 
-    s_0 = d/250, within 0.3 to 1 mm,  clearance = s_0/2,  d: shaft diameter in the bearings    (2)
+    s_0 = d/250, >= min(0.3 mm, d/40), <= max(1 mm, d/500),  clearance = s_0/2                 (2)
+
+    d is the diameter of the shaft in the bearings. The limits of 0.3 and 1 mm are those of shafts of 12 to 500 mm.
 
     Parameters
     ----------
@@ -120,8 +122,9 @@ def supports(
 
 
 def gap_for(diameter: float) -> float:
-    """Return the air gap (m) of a magnet around a shaft of diameter d (m): d/250, limited to 0.3 to 1 mm, as in (2)."""
-    return min(max(round(diameter / 250.0, 4), 0.3e-3), 1e-3)
+    """Return the air gap (m) of a magnet around a shaft of diameter d (m), as in (2)."""
+    narrowest, widest = min(0.3e-3, diameter / 40.0), max(1e-3, diameter / 500.0)
+    return float(f"{min(max(round(diameter / 250.0, 4), narrowest), widest):.2g}")
 
 
 def damping() -> str:
@@ -153,7 +156,8 @@ def require_speed(speed: float, written: str | None = None) -> None:
     The message contains the speed as the user wrote it, if `written` is given.
     """
     shown = speed_unit().text(speed) if written is None else stated(speed_unit().text(speed), written)
-    require(0.0 < speed <= FASTEST, "speed", shown, f"> {speed_unit().text(0.0)} and <= {speed_unit().text(FASTEST)}")
+    most = f"{speed_unit().text(FASTEST)}, because the models end at {speed_unit().text(LARGEST_SPEED)}"
+    require(0.0 < speed <= FASTEST, "speed", shown, f"> {speed_unit().text(0.0)} and <= {most}")
 
 
 def filled(template: str, **values: float | str) -> str:

@@ -13,7 +13,7 @@ from amb_analysis.machine.machine import Machine
 from amb_analysis.machine.response import synchronous_response
 from amb_analysis.studies.stability_margin import ZONES
 from amb_assessment.first_design.levitation import BANDS, BEYOND, LEFT, RANGE, STIFFNESS, TRIP, Levitation, Pid
-from amb_assessment.first_design.sizing import MachineSizes
+from amb_assessment.first_design.sizing import INDUSTRIAL, MachineSizes
 from amb_cosim.cosim.system.values import RPM
 from rotor_analysis.mode_reach import REACHED, ModeReach, mode_reaches
 from rotor_analysis.rigid_body import rigid_body
@@ -24,7 +24,6 @@ MODES = 6  # of the free rotor that are examined
 MET = 0.99  # share of a target from which it counts as met
 WELL = 0.3  # least reach of a bearing that damps a mode well
 NUTATION = 0.2  # relative difference from that of the rigid rotor, due to bearings and bending
-INDUSTRIAL = 600.0  # V, about the highest voltage of amplifiers that are sold for magnetic bearings
 
 
 def shortfalls(machine: Machine, levitation: Levitation, speed: float) -> tuple[str, ...]:
@@ -114,8 +113,8 @@ def _damping_shortfall(rotor: Rotor, loop: Levitation) -> Iterator[str]:
     if loop.zone not in ACCEPTED and least < 2.0 * BEYOND:
         yield (
             f"rotor {rotor.name!r} has damping ratios from {least:.3g} upwards, so its high bending modes tolerate "
-            "hardly any gain beyond the phase lead of the PID: measure its damping, or use faster amplifiers and "
-            "samples"
+            "hardly any gain beyond the phase lead of the PID: measure its damping, or use faster amplifiers "
+            "(--bandwidth) and samples (--sample-time)"
         )
 
 

@@ -1,5 +1,13 @@
 """First sizes of a rotor's magnetic bearings, computed from its weight and speed by handbook rules.
 
+Drawings do not state amplifiers and sample times. They are assumed, and scaled with unusual machines:
+
+    f_b = max(1.4 kHz, 2 f),   T = 50 us/2^n <= 1/(24 f),   f = Omega/(2 pi)                          (0)
+
+The bandwidth f_b of small signals is thus at least that of a full swing, for which the voltage is chosen
+(`machine_sizes`). If coils of 10 A need more than 600 V, they have fewer turns and more current, up to 100 A; if they
+need less than 50 V, they have more turns and less current, down to 1 A. `rotor_text.gap_for` has the air gap.
+
 Every size is in a file that states its source, so that you can replace it with the value of a data sheet. Sources: G.
 Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009; ISO 21940-11 (balancing grades).
 """
@@ -28,15 +36,31 @@ MU_0 = 4e-7 * math.pi  # V s/(A m)
 SURFACE_SPEED = 200.0  # m/s, limit of laminations on the shaft
 CAPACITY = 4.0  # force of an axis over its share of the weight
 FLUX = 1.2  # T in the gap at twice the bias current
-CURRENT = 10.0  # A, current limit of the amplifier
+CURRENT = 10.0  # A, current limit of the amplifier of usual machines
+CURRENTS = (1.0, 100.0)  # A, smallest and largest current limit that is assumed
+LEAST_VOLTAGE = 50.0  # V, of an amplifier
+INDUSTRIAL = 600.0  # V, about the highest voltage of amplifiers that are sold for magnetic bearings
 ROOM = 2.5  # least bias current over the current that carries the weight, if neither gap nor bias is stated
 AGREES = 0.02  # relative difference of a stated bias current from that of a stated gap
 WIDEST = 3.0  # largest assumed gap, over that of a first design
-BANDWIDTH = 1400.0  # Hz, of the amplifier for small signals
-SAMPLE_TIMES = (50e-6, 25e-6)  # s; the second is used if no gains tolerate the delay of the first
+BANDWIDTH = 1400.0  # Hz, least of an amplifier for small signals
+SAMPLE_TIME, SAMPLES = 50e-6, 24.0  # s, longest sample time, and least number of samples in a turn
 
 
 Drive = Literal["differential", "one-sided"]
+
+
+def bandwidth_for(speed: float) -> float:
+    """Return the bandwidth (Hz) that is assumed for amplifiers at a highest speed (rad/s), by (0)."""
+    return max(BANDWIDTH, speed / math.pi)
+
+
+def sample_times_for(speed: float) -> tuple[float, float]:
+    """Return the sample times (s) to try at a highest speed (rad/s): that of (0), and half of it."""
+    longest = SAMPLE_TIME
+    while longest * SAMPLES * speed > 2.0 * math.pi:
+        longest *= 0.5
+    return longest, 0.5 * longest
 
 
 @dataclass(frozen=True)
@@ -105,7 +129,7 @@ class MachineSizes:
         Air gap of the magnets: twice the smallest clearance of a retainer, or `gap_for` the shaft if there is none.
     turns, pole_area, bias_current, current_limit
         Values of a magnet.
-    resistance, inductance, voltage_limit
+    resistance, inductance, voltage_limit, bandwidth
         Values of a coil and its amplifier.
     unbalance
         Unbalance of the balancing grade at the highest speed.
@@ -130,6 +154,7 @@ class MachineSizes:
     resistance: Annotated[float, "Ohm"]
     inductance: Annotated[float, "H"]
     voltage_limit: Annotated[float, "V"]
+    bandwidth: Annotated[float, "Hz"]
     unbalance: Annotated[float, "kg.m"]
     loads: dict[str, float]
     coils: dict[str, CoilCurrents] = field(default_factory=dict)
@@ -146,7 +171,13 @@ class MachineSizes:
 
 
 def machine_sizes(
-    rotor: Rotor, speed: float, magnet: MagnetData | None = None, *, gap: float | None = None, tilt: float = 0.0
+    rotor: Rotor,
+    speed: float,
+    magnet: MagnetData | None = None,
+    *,
+    gap: float | None = None,
+    tilt: float = 0.0,
+    bandwidth: float | None = None,
 ) -> MachineSizes:
     """Return first sizes of the magnets of a rotor, or sizes that give the constants of a data sheet.
 
@@ -175,6 +206,8 @@ def machine_sizes(
         Air gap (m); by default twice the smallest clearance of the retainers, or the gap of the data sheet.
     tilt
         Angle beta of the shaft above the horizontal (rad).
+    bandwidth
+        Bandwidth of the amplifiers for small signals (Hz); by default as in (0).
 
     Raises
     ------
@@ -213,6 +246,10 @@ def machine_sizes(
     inductance = 2.0 * MU_0 * turns**2 * area / gap
     resistance, limit = 0.3, max(CURRENT, 2.5 * bias)
     voltage = 2.0 * resistance * limit + 2.0 * inductance * bias * speed
+    if magnet is None:
+        fewer = _fewer(turns, voltage)
+        turns, bias, limit, voltage = round(turns / fewer), bias * fewer, limit * fewer, voltage / fewer
+        inductance, resistance = inductance / fewer**2, resistance / fewer**2
     return MachineSizes(
         rotor=rotor,
         speed=speed,
@@ -227,11 +264,22 @@ def machine_sizes(
         current_limit=limit,
         resistance=resistance,
         inductance=inductance,
-        voltage_limit=float(max(50, 10 * math.ceil(0.1 * voltage))),
+        voltage_limit=float(max(LEAST_VOLTAGE, 10 * math.ceil(0.1 * voltage - 1e-9))),
+        bandwidth=bandwidth_for(speed) if bandwidth is None else bandwidth,
         unbalance=body.mass * GRADE / speed,
         loads=loads,
         coils=coils,
     )
+
+
+def _fewer(turns: int, voltage: float) -> float:
+    """Return the factor by which coils have fewer turns and more current, so that they need 50 to 600 V.
+
+    U ~ N with the same force, current I ~ 1/N, and the same copper, R ~ N^2; I remains within `CURRENTS`.
+    """
+    wanted = math.floor(turns * min(max(1.0, LEAST_VOLTAGE / voltage), INDUSTRIAL / voltage))
+    least, most = (CURRENT / limit for limit in CURRENTS[::-1])
+    return turns / min(max(wanted, math.ceil(least * turns)), math.floor(most * turns))
 
 
 def _axis_loads(rotor: Rotor, Omega: float, across: float) -> dict[str, float]:

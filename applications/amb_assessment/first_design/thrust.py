@@ -19,7 +19,7 @@ import tomli_w
 
 from amb_assessment.first_design.levitation import Pid, operating_points
 from amb_assessment.first_design.rotor_text import STEEL, diameter_at, filled
-from amb_assessment.first_design.sizing import BANDWIDTH, CAPACITY, FLUX, MU_0, MachineSizes
+from amb_assessment.first_design.sizing import CAPACITY, FLUX, MU_0, MachineSizes
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
@@ -162,12 +162,12 @@ def limits(sizes: MachineSizes, thrust: Thrust) -> str:
     return "\n".join((head, *lines, "", "")) if lines else ""
 
 
-def machine_part(thrust: Thrust) -> str:
-    """Return the machine file's text on the axial bearing."""
+def machine_part(thrust: Thrust, bandwidth: float) -> str:
+    """Return the machine file's text on the axial bearing, whose amplifiers have a bandwidth (Hz)."""
     magnet = thrust.magnet
     of_bearing = {
         "at": thrust.at,
-        "bandwidth": f"{1e-3 * BANDWIDTH:.5g} kHz",
+        "bandwidth": f"{1e-3 * bandwidth:.5g} kHz",
         "inner_radius": f"{1e3 * magnet.inner_radius:.5g} mm",
         "outer_radius": f"{1e3 * magnet.outer_radius:.5g} mm",
         "pole_area": f"{1e4 * magnet.pole_area:.5g} cm^2",

@@ -83,8 +83,8 @@ def interface_of(planes: Planes) -> Interface:
             "rad/s",
             "Spin speed at the beginning of a step, or with spin.free the initial speed and then the speed demanded of "
             "the drive",
-            minimum=-1e4,
-            maximum=1e4,
+            minimum=-1e5,
+            maximum=1e5,
         ),
         input_("Omega_dot", "rad/s2", "Spin acceleration during a step, ignored with spin.free"),
         input_("drive.torque", "N.m", "Torque of the drive at the demanded speed, used with spin.free"),

@@ -102,13 +102,13 @@ def test_a_balancing_grade_is_written_as_the_standard_or_with_its_unit(grade):
             ("speed.trip", "8000 rpm (8 krpm)", ">= 9000 rpm, the maximum"),
         ),
         (
-            {"speed": {"minimum": "1 Hz", "maximum": "1e4 rad/s"}},
-            ("speed.trip", "1.05 x 1e4", "<= 95493 rpm"),
+            {"speed": {"minimum": "1 Hz", "maximum": "1e5 rad/s"}},
+            ("speed.trip", "1.05 x 1e5", "<= 954930 rpm"),
         ),
         ({"speed": {"minimum": "900", "maximum": "9 krpm"}}, ("speed.minimum", "900 rpm", "900 rad/s")),
         (
-            {"speed": {"minimum": "9 krpm", "maximum": "12000 rad/s"}},
-            ("speed.maximum", "12000 rad/s", "<= 95493 rpm"),
+            {"speed": {"minimum": "9 krpm", "maximum": "120000 rad/s"}},
+            ("speed.maximum", "120000 rad/s", "<= 954930 rpm"),
         ),
         ({"balancing": {"grade": "-1 mm/s"}}, ("balancing.grade", "-0.001 m/s")),
         ({"balancing": {"grade": "2.5 kg"}}, ("balancing.grade",)),
