@@ -16,7 +16,8 @@ Source: T. A. Harris, Rolling Bearing Analysis, chapters on load distribution; I
 The life L is the number of revolutions that 90 % of bearings reach (G. Lundberg, A. Palmgren, 1947; factor b_m of ISO
 281):
 
-    Q_c = 98.1 b_m (2f/(2f - 1))^0.41 (1 -+ g)^1.39/(1 +- g)^(1/3) (D/d_m)^0.3 D^1.8 Z^(-1/3)       N, D in mm
+    Q_c = 98.1 b_m (2f/(2f - 1))^0.41 (1 -+ g)^1.39/(1 +- g)^(1/3) (D/d_m)^0.3 d(D) Z^(-1/3)       N, D in mm
+    d(D) = D^1.8 up to 25.4 mm,  25.4^0.4 D^1.4 = 3.647 D^1.4 for larger balls
     L = 10^6 (Q_c/Q_e)^3,   g = D cos(alpha)/d_m,   upper signs for the inner race
 
 For the rotating race (the inner one), Q_e is the cubic mean of a row's ball loads; for the other race, the exponent of
@@ -39,6 +40,7 @@ from ball_bearings.hertz import STEEL, Material, PointContact, groove_contact, i
 PRESSURE_LIMIT = 4200e6  # Pa, which leaves a permanent indentation of 1e-4 of the ball's diameter (ISO 76)
 STRIBECK = 5.0  # F = Z Q_max/5 with usual clearance (ISO 76)
 MATERIAL = 1.3  # b_m of radial ball bearings (ISO 281)
+LARGE = 25.4  # mm, ball diameter above which the rating grows more slowly (ISO 281)
 WEIBULL = 10.0 / 9.0  # exponent of the distribution of lives of ball bearings
 
 
@@ -265,7 +267,8 @@ class BallBearing:
             * (1.0 - g) ** 1.39
             / (1.0 + g) ** (1.0 / 3.0)
             * size**0.3
-            * D**1.8
+            * min(D, LARGE) ** 0.4
+            * D**1.4
             * self.balls ** (-1.0 / 3.0)
             for f, g in zip(self.conformity, (gamma, -gamma), strict=True)
         )

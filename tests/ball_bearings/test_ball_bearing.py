@@ -244,6 +244,27 @@ def test_life_under_the_dynamic_rating_of_a_catalogue_is_a_million_turns():
     assert SKF_6002.life(585.0) == pytest.approx(1e9, rel=0.1)  # L = (C/P)^3
 
 
+@pytest.mark.parametrize(
+    ("ball", "pitch", "catalogue"),
+    [(22.225e-3, 92.5e-3, 85.2e3), (36.5125e-3, 157.5e-3, 174e3), (50.8e-3, 235e-3, 276e3)],
+)
+def test_life_of_large_bearings_agrees_with_their_catalogue(ball, pitch, catalogue):
+    """SKF 6312, 6320 and 6330; with D^1.8 for all, the lives of the last two would be 1.5 and 2.3 times as long."""
+    bearing = BallBearing(8, ball, pitch, conformity=(0.52, 0.52))
+    assert bearing.life(catalogue) == pytest.approx(1e6, rel=0.2)
+
+
+def test_rating_of_balls_above_25_4_mm_grows_with_the_power_1_4():
+    """ISO 281: 3.647 D^1.4 for D^1.8. Of bearings of one shape, the life under one force grows with (D^1.4)^3."""
+
+    def life(ball):
+        return BallBearing(8, 1e-3 * ball, 4.3e-3 * ball, conformity=(0.52, 0.52)).life(5e4)
+
+    assert life(25.4) / life(12.7) == pytest.approx(2.0**5.4, rel=1e-4)
+    assert life(50.8) / life(25.4) == pytest.approx(2.0**4.2, rel=1e-4)
+    assert life(25.4001) / life(25.3999) == pytest.approx(1.0, abs=1e-4)
+
+
 def test_life_under_an_axial_force_follows_from_the_load_of_a_ball():
     """All balls of a row carry the same, so that both races have the life (Q_c/Q)^3, by hand from the formula."""
     Q, D, Z, f = ANGULAR.largest_load(0.0, 500.0), 5.556, 13.0, 0.52

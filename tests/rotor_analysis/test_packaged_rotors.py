@@ -10,14 +10,16 @@ import pytest
 from analysis_cases import one_plane
 from ross_numbers import REFERENCE, complex_numbers, difference
 
+from amb_cosim.model_constants import plant_data
 from amb_cosim.model_constants.plant_data import plant, plant_structure
+from amb_cosim.results.places import limit_of
 from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
 from rotor_analysis.free_rotor import free_rotor
 from rotor_analysis.packaged_rotors import packaged_rotors, rotor_path
 from rotor_analysis.parts import Bearing, Disc, Site
-from rotor_analysis.receptance_error import receptance_error
+from rotor_analysis.receptance_error import ReceptanceError, receptance_error
 from rotor_analysis.reduced_rotor import force_nodes, reduced_rotor
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
@@ -164,12 +166,16 @@ def test_rig_has_measured_damping_and_the_mass_of_its_parts():
     assert abs(rotor.mass - (2 * 0.85074 + 1.276499 + shaft)) < 1e-9
 
 
-def test_a_stiff_rotor_without_a_mode_in_its_band_is_valid_up_to_its_accuracy():
+def stiff_rotor():
     """A shaft of 12 cm whose first mode, at 3.7 kHz, the reduction to 2 kHz has 1.6 % too fast."""
     shaft = Shaft((0.0, 0.015, 0.022, 0.054, 0.098, 0.105, 0.12), (0.015,), 2.1e11, 7850.0, 0.3)
     bearings = (Bearing("a", 3, stiffness=5e4), Bearing("b", 5, stiffness=5e4))
     sites = (Site("ra", 2, 1e-4, bearing="a"), Site("rb", 6, 1e-4, bearing="b"))
-    rotor = Rotor("micro", shaft, (Disc("wheel", 4, 0.06, 0.0275, 0.0032),), bearings, sites)
+    return Rotor("micro", shaft, (Disc("wheel", 4, 0.06, 0.0275, 0.0032),), bearings, sites)
+
+
+def test_a_stiff_rotor_without_a_mode_in_its_band_is_valid_up_to_its_accuracy():
+    rotor = stiff_rotor()
     omega, nodes = plant_structure(rotor)[0].valid_to, (2, 3, 5, 6)
     assert 2.0 * np.pi * 2000.0 < omega < 2.0 * np.pi * 3500.0
     full, reduced = assemble(rotor), reduced_rotor(rotor).model
@@ -179,3 +185,22 @@ def test_a_stiff_rotor_without_a_mode_in_its_band_is_valid_up_to_its_accuracy():
         for rows in [[model.translations[node][0] for node in nodes]]
     )
     assert np.abs(approximate - H).max() < 0.005 * np.abs(H).max()
+
+
+def test_a_rotor_without_a_limit_is_never_beyond_it(monkeypatch):
+    """The plant compares whirl speeds with infinity, and its layout, which is JSON, has no number."""
+    unlimited = ReceptanceError(0.9, np.inf, *[np.zeros(0)] * 3)
+    monkeypatch.setattr(plant_data, "receptance_error", lambda rotor: unlimited)
+    structure, planes = plant_structure(stiff_rotor())
+    assert structure.valid_to == np.inf
+    layout = json.loads(json.dumps(planes.layout(), allow_nan=False))
+    assert limit_of(layout) is None
+
+
+@pytest.mark.parametrize(
+    ("layout", "limit"),
+    [({}, None), ({"valid_to": None}, None), ({"valid_to": 0.0}, None), ({"valid_to": 418.4}, 418.4)],
+)
+def test_a_layout_states_one_limit_or_none(layout, limit):
+    """FMUs of version 0.3 have 0 without a limit, and those of others have no such field."""
+    assert limit_of(layout) == limit

@@ -14,6 +14,7 @@ from amb_analysis.steady_contact.receptances import Receptances, receptances
 from amb_analysis.steady_contact.stability import Dynamics
 from amb_cosim.model_constants.plant_data import stator_bores
 from amb_cosim.results.component_names import CONTROLLER, PLANT
+from amb_cosim.results.places import limit_of
 from amb_cosim.scenario.plan import ScenarioPlan
 from array_types import Array
 from rotor_contact.contact.friction import kinetic_coefficient
@@ -70,8 +71,8 @@ class RubbingRotor:
 
     @property
     def valid_to(self) -> float:
-        """Frequency (rad/s) up to which the reduced rotor is accurate."""
-        return self.machine.run_components.layout(PLANT).get("valid_to") or math.inf
+        """Frequency (rad/s) up to which the reduced rotor is accurate; infinite without a limit."""
+        return limit_of(self.machine.run_components.layout(PLANT)) or math.inf
 
     def loop(self, Omega: float) -> ForwardLoop:
         """Return the loop of forward motion at a speed (rad/s)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -49,7 +50,7 @@ class Planes:
     sensors: tuple[MeasuredPlane, ...]
     max_substep: float = 250e-6  # start value of solver.max_substep (s), shorter for a rotor with faster modes
     polar_inertia: float = 1.0  # start value of spin.inertia (kg m^2)
-    valid_to: float = 0.0  # frequency (rad/s) up to which the reduced rotor is accurate, used to judge a run
+    valid_to: float = math.inf  # frequency (rad/s) up to which the reduced rotor is accurate; infinite without a limit
     # For each bearing, sensor plane or site, by name: the sites whose journals move it while the rest of the rotor is
     # fixed.
     moved_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -62,5 +63,5 @@ class Planes:
     implausible: tuple[str, ...] = ()  # sentences about implausible dimensions of the rotor
 
     def layout(self) -> dict[str, Any]:
-        """Return the fields as JSON types, for storage in an FMU."""
-        return asdict(self)
+        """Return the fields as JSON types, for storage in an FMU; a frequency without a limit is None."""
+        return asdict(self) | {"valid_to": self.valid_to if math.isfinite(self.valid_to) else None}

@@ -191,13 +191,13 @@ def _require_mass(rotor: Rotor, full: Matrices) -> None:
 
 
 def _accurate_to(rotor: Rotor) -> float:
-    """Return the frequency (rad/s) up to which the receptance of the plant's model is accurate; 0 if unlimited.
+    """Return the frequency (rad/s) up to which the receptance of the plant's model is accurate; infinite if unlimited.
 
     A stiff rotor may have no elastic mode within the band of its reduction, although the reduction represents the rotor
     at frequencies below its first mode.
     """
     error = receptance_error(rotor)
-    return error.limit if error is not None and math.isfinite(error.limit) else 0.0
+    return math.inf if error is None else error.limit
 
 
 def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:

@@ -28,9 +28,8 @@ def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
     Returns
     -------
     dict
-        The share at each site of `contact_history.touchable` other than faces. The share is None if the rotor's FMU
-        does not state the frequency up to which its reduction is valid, or if the force is zero or was not recorded at
-        every step.
+        The share at each site of `contact_history.touchable` other than faces. The share is None if the reduction is
+        valid without a limit, or if the force is zero or was not recorded at every step.
     """
     faces = places(dataset).faces
     return {site: _share(dataset, site) for site in touchable(dataset) if site not in faces}
@@ -40,11 +39,12 @@ def warnings_beyond_reduction(dataset: Signals) -> list[str]:
     """Return a sentence if more than `WARNED_SHARE` of the force's power at any site is above the reduction's limit."""
     shares = {site: share for site, share in share_beyond_reduction(dataset).items() if share is not None}
     warned = [f"{name_label(site)} {100.0 * share:.3g} %" for site, share in shares.items() if share > WARNED_SHARE]
-    if not warned:
+    limit = places(dataset).valid_to
+    if not warned or limit is None:
         return []
-    limit, allowed = frequency_unit().text(places(dataset).valid_to or 0.0), f"{100.0 * WARNED_SHARE:.3g} %"
+    above, allowed = frequency_unit().text(limit), f"{100.0 * WARNED_SHARE:.3g} %"
     return [
-        f"much of the contact force's power is above {limit}, where the reduced rotor is no longer accurate: "
+        f"much of the contact force's power is above {above}, where the reduced rotor is no longer accurate: "
         f"{', '.join(warned)} (allowed: {allowed}); retain more modes in the reduction"
     ]
 

@@ -32,7 +32,7 @@ class RotorPlaces:
     apart
         The retainers outside the plane of their bearing, where the motion differs.
     valid_to
-        Frequency up to which the reduced rotor is accurate (rad/s); None if not stated.
+        Frequency up to which the reduced rotor is accurate (rad/s); None without a limit.
     magnetic
         The bearings that exert a force, including the axial one; the controller and the actuator have no effect on
         others.
@@ -111,6 +111,14 @@ def places(dataset: Signals) -> RotorPlaces:
     return stored if isinstance(stored, RotorPlaces) else _read(stored)
 
 
+def limit_of(layout: Mapping[str, Any]) -> float | None:
+    """Return the frequency (rad/s) up to which the rotor of an FMU's layout is accurate; None without a limit.
+
+    FMUs of version 0.3 state 0 if there is no limit, and other FMUs do not state any.
+    """
+    return layout.get("valid_to") or None
+
+
 @lru_cache(maxsize=8)  # a summary needs them for every signal
 def _read(text: str) -> RotorPlaces:
     stored: dict[str, Any] = json.loads(text)
@@ -120,7 +128,7 @@ def _read(text: str) -> RotorPlaces:
         tuple(stored["sites"]),
         measured,
         tuple(stored.get("apart", ())),
-        stored.get("valid_to"),
+        limit_of(stored),
         tuple(stored.get("magnetic", stored["bearings"])),
         stored.get("stators", {}),
         stored.get("second", {}),
@@ -165,7 +173,7 @@ def _named_places(assembly: Assembly) -> RotorPlaces:
             sites,
             measured,
             apart,
-            valid_to=layout.get("valid_to"),
+            valid_to=limit_of(layout),
             stators=stators,
             second=second,
             z=z,

@@ -54,7 +54,7 @@ class Summary:
         Largest normal contact force at each site (N), without the impulses of impacts. This force grows with the number
         of retained modes.
     peak_band
-        Frequency up to which the retained modes are accurate (rad/s).
+        Frequency up to which the retained modes are accurate (rad/s); None without a limit.
     peak_is_sampled
         Whether the peak force at a site is only the largest sample (see `contact_forces.is_sampled`).
     averaged_contact_force
