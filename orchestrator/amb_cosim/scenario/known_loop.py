@@ -92,9 +92,9 @@ def _key(entry: EntryPoint, plan: ScenarioPlan, Omega: float) -> str:
     """Return an identifier of all that determines a loop: FMUs, connections, parameters, speed, and the analysis."""
     system = plan.system
     folders = {name: fmu.folder.parent.name for name, fmu in plan.fmus.items()}  # their names contain digests
-    facts = [folders, repr(system.components), repr(system.connections), repr(system.signals), system.coupling]
+    wiring = repr(system.components), repr(system.connections), repr(system.signals), system.coupling
     speeds = sorted(item for item in plan.inputs.items() if item[0].endswith(f".{SPEED}"))  # of single components
-    facts += [plan.all_parameters(), plan.all_texts(), plan.step_size, Omega, speeds]
+    facts = folders, wiring, plan.all_parameters(), plan.all_texts(), plan.step_size, Omega, speeds
     return hashlib.sha256(json.dumps(facts, sort_keys=True).encode() + _code(entry.module)).hexdigest()[:32]
 
 
