@@ -125,6 +125,7 @@ def intervals(
     best: Array,
     inflation: float = 1.0,
     equivalent: float | None = None,
+    least: float = 0.0,
 ) -> tuple[dict[str, FittedParameter], Array]:
     """Return the parameters with intervals by (1), and their correlation, shape (m, m).
 
@@ -138,6 +139,8 @@ def intervals(
         Factor on the covariance, above 1 if residuals depend on each other.
     equivalent
         Number of residuals that determine the parameters, if not all of them do.
+    least
+        Lower bound of s^2, which is 1 if the residuals are divided by standard deviations that may be too large.
 
     Raises
     ------
@@ -148,7 +151,7 @@ def intervals(
     u = (best - low) / span
     J, r = jacobian(u), scaled(u)
     n, m = len(r), len(free)
-    variance = inflation * float(r @ r) / (n - m)
+    variance = inflation * max(float(r @ r) / (n - m), least)
     values, vectors = np.linalg.eigh(J.T @ J)
     cov = (vectors * (variance / np.maximum(values, 1e-300))) @ vectors.T
     deviation = np.sqrt(np.diag(cov))

@@ -1,36 +1,32 @@
 """Parameters of a model from measured frequency responses, whose scatter is estimated from the data.
 
 The fit begins with the residuals ln(H/H_m), with which it finds the resonances even from a distant start. However,
-these residuals are biased near a noise floor. The fit therefore ends with differences divided by their standard
-deviations,
+these residuals are biased near a noise floor. The fit therefore ends with the deviations of amplitude and phase,
+divided by their standard deviations,
 
-    r_k = (H_k - H_mk)/sqrt(v_k/2), real and imaginary                                               (1)
-    v_k = a + b |H_k|^2 + c |H_k|^2 (1 - gamma_k^2)/gamma_k^2                                        (2)
+    r_k = Re e_k/sqrt(v_k/2) and Im e_k/sqrt(w_k/2),     e_k = (H_k - H_mk) exp(-j arg H_k)          (1)
 
-The coefficient a is a noise floor, b describes scatter that is proportional to the response, and c describes the
-scatter of an estimate with the coherence gamma^2. Each response has its own coefficients a, b, c >= 0. They maximise
-the likelihood under the assumption that e_k = |H_k - H_mk|^2/v_k is exponentially distributed. Each coefficient is
-multiplied repeatedly by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), where x is its factor in (2), until the coefficient
-converges. In (2), H is the model of the previous step. With the measured |H|, values that are small by chance would
-receive too much weight.
+where the variances v and w are estimated from these deviations (`scatter`). They differ, for example, if only the
+amplitudes scatter. In exp(-j arg H), v and w, H is the model of the previous step.
 
 Residuals r of neighbouring lines should be independent. If they have correlations rho_l at a distance of l lines, the
 covariance of the parameters grows by the factor
 
-    1 + 2 sum rho_l,   l = 1, 2, ... while rho_l > 3/sqrt(n)                                         (3)
+    1 + 2 sum rho_l,   l = 1, 2, ... while rho_l > 3/sqrt(n)                                         (2)
 
 If the model lacks something, such as a soft suspension, a few lines may deviate strongly. These lines shift the
-parameters, but hardly change (3). Let z be the complex number formed by both parts of r. If z is noise, the following
-quantity for L neighbouring lines,
+parameters, but hardly change (2). Let z be the complex number formed by both parts of r, turned back by exp(j arg H).
+If z is noise, its parts are independent and have the variance 1, because each is divided by its own standard deviation.
+The following quantity for L neighbouring lines,
 
-    |sum z_k|^2/(2 L)                                                                                (4)
+    |sum z_k|^2/(2 L)                                                                                (3)
 
-is exponentially distributed. This quantity is computed for all groups of L = 1, 2, 4, ... neighbouring lines. If the
-model explains the measurements, the largest value, divided by (3), exceeds ln(groups/0.01) in fewer than one
-measurement in a hundred.
+is then exponentially distributed. Scatter that comes from the coherence of few averages is itself uncertain, so that
+large z are more frequent; `Scatter.noise` corrects their size. The quantity (3) is computed for all groups of L = 1, 2,
+4, ... neighbouring lines. If the model explains the measurements, the largest value, divided by (2), exceeds
+ln(groups/0.01) in fewer than one measurement in a hundred.
 
-G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 2.8; J. S. Bendat, A. G. Piersol, Random Data, 4th
-ed., Wiley, 2010, sec. 9.2.
+G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 2.8.
 """
 
 from __future__ import annotations
@@ -41,26 +37,24 @@ import numpy as np
 
 from amb_analysis.measured.least_squares import Fit, FreeParameter, Residuals, intervals, leverages, minimised
 from amb_analysis.measured.records import FrequencyResponse
+from amb_analysis.measured.scatter import LEAST_SCATTER, Scatter, scatter_of
 from array_types import Array, Complex
 
 Model = Callable[[Array], Sequence[Complex]]
 
 STEPS = 10  # of weights and parameters in turn
 SETTLED = 0.01  # change of the logarithm of the likelihood
-MOST_SHARE = 0.9  # of a line in the fit
-WEIGHINGS = 500  # steps of the largest likelihood of (2)
-LEAST_SCATTER = 1e-9  # relative, of rounding
 MOST_WEIGHT = 30.0  # of a line by its coherence, in the fit of logarithms
 LAGS = 20
 EXACT = 1e-4  # relative deviation below which residuals are those of rounding in a file
 DEPENDENT = 0.2  # correlation of neighbours above which residuals are not noise
-FALSE_ALARMS = 0.01  # share of measurements that the model explains, with a warning by (4)
+FALSE_ALARMS = 0.01  # share of measurements that the model explains, with a warning by (3)
 
 
 def fit_responses(
     model: Model, curves: Sequence[FrequencyResponse], free: Sequence[FreeParameter], start: Sequence[float]
 ) -> tuple[Fit, tuple[str, ...]]:
-    """Return the parameters that fit some responses, with intervals by (1) to (3), and warnings by (3) and (4).
+    """Return the parameters that fit some responses, with intervals by (1) and (2), and warnings by (2) and (3).
 
     Parameters
     ----------
@@ -82,29 +76,31 @@ def fit_responses(
         values = zip(model(p), curves, weights, strict=True)
         return np.concatenate([_parts(np.asarray(w * np.log(H / c.values), np.complex128)) for H, c, w in values])
 
-    def over(scatter: Sequence[Array]) -> Residuals:
+    def over(scatters: Sequence[Scatter]) -> Residuals:
         def differences(p: Array) -> Array:
-            values = zip(model(p), curves, scatter, strict=True)
-            return np.concatenate([_parts((H - c.values) / np.sqrt(0.5 * v)) for H, c, v in values])
+            values = zip(model(p), curves, scatters, strict=True)
+            return np.concatenate([scatter.residuals(H - c.values) for H, c, scatter in values])
 
         return differences
 
     best = minimised(logarithms, free, start)
-    residuals = over([_floor(H, curve) for H, curve in zip(model(best), curves, strict=True)])
+    scatters = [_floor(H, curve) for H, curve in zip(model(best), curves, strict=True)]
+    residuals = over(scatters)
     best, likelihood = minimised(residuals, free, best), np.inf
-    terms: list[Array] = []
     for _ in range(STEPS):
-        shares = _shares(leverages(residuals, free, best), curves)
-        found, new = _scatters(model(best), curves, shares)
+        shares = _by_response(leverages(residuals, free, best), curves)
+        found = [scatter_of(*of_one) for of_one in zip(model(best), curves, shares, strict=True)]
+        new = sum(of_one for _, of_one in found)
         if new > likelihood - SETTLED:
             break
-        terms, likelihood = found, new
-        residuals = over([item.sum(axis=1) for item in terms])
+        scatters, likelihood = [scatter for scatter, _ in found], new
+        residuals = over(scatters)
         best = minimised(residuals, free, best)
-    z = [pair[0] + 1j * pair[1] for pair in _pairs(residuals(best), curves)]
+    of_responses = zip(scatters, _by_response(residuals(best), curves), strict=True)
+    z = [scatter.noise(r) for scatter, r in of_responses]
     inflation, neighbour = _dependence(z)
-    equivalent = _equivalent(terms, _shares(leverages(residuals, free, best), curves))
-    parameters, correlation = intervals(residuals, free, best, inflation, equivalent)
+    equivalent = _equivalent(scatters, _by_response(leverages(residuals, free, best), curves))
+    parameters, correlation = intervals(residuals, free, best, inflation, equivalent, least=1.0)
     first, last = (_relative(model(np.asarray(p, np.float64)), curves) for p in (start, best))
     lacking = _systematic(z, curves, inflation)
     if not lacking and neighbour > DEPENDENT and inflation > 1.0:
@@ -118,45 +114,22 @@ def fit_responses(
     return Fit(parameters, correlation, first, last, 2 * sum(len(c.values) for c in curves)), warnings
 
 
-def _pairs(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
-    """Return the residuals of each response, shape (2, n): the real parts, then the imaginary parts."""
-    parts = np.split(values, np.cumsum([2 * len(c.values) for c in curves])[:-1])
-    return [part.reshape(2, -1) for part in parts]
+def _by_response(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
+    """Return the values of each response's residuals, shape (2 n,): those of amplitudes, then those of phases."""
+    return np.split(values, np.cumsum([2 * len(c.values) for c in curves])[:-1])
 
 
-def _shares(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
-    """Return the leverages of the lines in the fit, as an array of shape (n,) for each response."""
-    return [np.asarray(pair.sum(axis=0)) for pair in _pairs(values, curves)]
-
-
-def _scatters(
-    values: Sequence[Complex], curves: Sequence[FrequencyResponse], shares: Sequence[Array]
-) -> tuple[list[Array], float]:
-    """Return the terms of (2) for each response, shape (n, terms), and -2 times the logarithm of the likelihood.
-
-    The residual of a line is too small, because the line affects the fit. The square of the residual is therefore
-    divided by 1 - h/2, where h is the leverage of the line, summed over its real and imaginary parts.
-    """
-    result, total = [], 0.0
-    for H, curve, h in zip(values, curves, shares, strict=True):
-        squares = np.abs(H - curve.values) ** 2 / (1.0 - np.minimum(0.5 * h, MOST_SHARE))
-        result.append(_scatter(H, curve, squares))
-        v = result[-1].sum(axis=1)
-        total += float(np.sum(np.log(v) + squares / v))
-    return result, total
-
-
-def _equivalent(terms: Sequence[Array], shares: Sequence[Array]) -> float:
+def _equivalent(scatters: Sequence[Scatter], shares: Sequence[Array]) -> float:
     """Return the effective number of residuals that determine the scatter of the lines on which the parameters depend.
 
-    A term of (2) is determined by the lines at which it is large. Their number is about 2 (sum s)^2/sum s^2, where s is
-    the term's fraction of v. The relative errors of the terms add up, weighted by the contributions of the terms to the
-    fit (F. E. Satterthwaite, Biometrics 2 (1946) 110).
+    A term of v and w is determined by the residuals in which it is large. Their number is about (sum s)^2/sum s^2,
+    where s is the term's fraction of v or w. The relative errors of the terms add up, weighted by the contributions of
+    the terms to the fit (F. E. Satterthwaite, Biometrics 2 (1946) 110).
     """
     whole, error = max(sum(float(h.sum()) for h in shares), 1e-300), 0.0
-    for item, h in zip(terms, shares, strict=True):
-        for s in (item / item.sum(axis=1, keepdims=True)).T:
-            known = 2.0 * float(s.sum()) ** 2 / max(float((s**2).sum()), 1e-300)
+    for scatter, h in zip(scatters, shares, strict=True):
+        for s in (scatter.terms / scatter.variances[:, None]).T:
+            known = float(s.sum()) ** 2 / max(float((s**2).sum()), 1e-300)
             error += (float((h * s).sum()) / whole) ** 2 / max(known, 1.0)
     return 1.0 / max(error, 1e-300)
 
@@ -169,37 +142,15 @@ def _by_coherence(curve: FrequencyResponse) -> Array:
     return np.minimum(np.sqrt(square / (1.0 - square)), MOST_WEIGHT)
 
 
-def _floor(H: Complex, curve: FrequencyResponse) -> Array:
-    """Return equal v for all lines, shape (n,), so that a misfit at the resonances is not taken for scatter (2)."""
+def _floor(H: Complex, curve: FrequencyResponse) -> Scatter:
+    """Return equal scatter of all lines, so that a misfit at the resonances is not taken for scatter."""
     squares = np.abs(H - curve.values) ** 2
-    return np.full(len(H), max(float(np.median(squares)), LEAST_SCATTER**2 * float(np.mean(np.abs(H) ** 2))))
-
-
-def _scatter(H: Complex, curve: FrequencyResponse, squares: Array) -> Array:
-    """Return the terms of (2), shape (n, terms), that maximise the likelihood of the squares of residuals."""
-    power = np.abs(H) ** 2
-    columns = [np.full(len(H), np.mean(power)), power]
-    if curve.coherence is not None:
-        gamma = np.clip(curve.coherence, 1e-3, 1.0)
-        columns.append(power * (1.0 - gamma) / gamma)
-    terms = np.stack(columns, axis=1)
-    least = LEAST_SCATTER**2 * power
-    factors = float(np.mean(squares)) / np.mean(terms, axis=0) / len(columns)
-    v = terms @ factors + least
-    for _ in range(WEIGHINGS):
-        factors = factors * np.sqrt((squares / v**2) @ terms / ((1.0 / v) @ terms))
-        new = terms @ factors + least
-        settled = np.allclose(new, v, rtol=1e-4, atol=0.0)
-        v = new
-        if settled:
-            break
-    found = terms * factors
-    found[:, 1] += least
-    return np.asarray(found)
+    v = max(float(np.median(squares)), LEAST_SCATTER**2 * float(np.mean(np.abs(H) ** 2)))
+    return Scatter(np.ones(len(H), np.complex128), np.full((2 * len(H), 1), v), 0.0)
 
 
 def _dependence(residuals: Sequence[Complex]) -> tuple[float, float]:
-    """Return the factor (3), and the correlation of the residuals of neighbouring lines."""
+    """Return the factor (2), and the correlation of the residuals of neighbouring lines."""
     size = sum(float(np.sum(np.abs(z) ** 2)) for z in residuals)
     n = sum(len(z) for z in residuals)
     total, neighbour = 1.0, 0.0
@@ -213,7 +164,7 @@ def _dependence(residuals: Sequence[Complex]) -> tuple[float, float]:
 
 
 def _systematic(residuals: Sequence[Complex], curves: Sequence[FrequencyResponse], inflation: float) -> str:
-    """Return a text that states where (4) is largest, or an empty text if noise alone can explain this value."""
+    """Return a text that states where (3) is largest, or an empty text if noise alone can explain this value."""
     runs, largest, where = 0, 0.0, ""
     for z, curve in zip(residuals, curves, strict=True):
         sums, L = np.concatenate([[0.0], np.cumsum(z)]), 1
