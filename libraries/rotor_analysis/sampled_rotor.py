@@ -9,9 +9,10 @@ at sensors, per unit of modal mass. Its response to a harmonic sequence of such 
 The first factor is the mode's static displacement. The second is its largest amplification, which its decay within a
 sample limits. The third is the gain of amplifiers with bandwidth omega_b at the frequency of the mode. All modes up to
 a frequency are retained, and so are higher modes whose response exceeds `SMALL` times the motion of the whole rotor at
-half the sample rate. The others act through their residual shapes, all of which are retained
-(`free_rotor.residual_modes`). A residual shape combines several modes and is not a mode itself: it is damped so
-strongly that samples see only its static displacement.
+half the sample rate. In (1), zeta is at least `LEAST_DAMPING`: the material limits the response of a mode even if the
+rotor file states no damping. The other modes are out of reach of the control. They act through their residual shapes,
+all of which are retained (`free_rotor.residual_modes`). A residual shape combines several modes and is not a mode
+itself: it is damped so strongly that samples see only its static displacement.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from rotor_analysis.reduced_rotor import force_nodes
 from rotor_analysis.reduction import Reduction, unreduced
 from rotor_analysis.rotor import Rotor
 
+LEAST_DAMPING = 1e-4  # damping ratio of steel without joints, in (1)
 RESIDUAL = math.sqrt(0.5)  # damping ratio of residual shapes, with which they do not resonate
 SMALL = 0.03  # (1) of a neglected mode over the displacement at half the sample rate
 
@@ -70,7 +72,7 @@ def sampled_rotor(rotor: Rotor, sampling: Sampling, highest: float) -> Reduction
     omega, forces, sensors = free.frequencies, free.rows(sampling.forces), free.rows(sampling.sensors)
     phi = np.abs(free.modes(len(omega))[:, 2:])
     ratios = damping.ratios(len(omega)) + 0.5 * (damping.stiffness * omega + damping.loss_factor)
-    decay = -np.expm1(-ratios * omega * sampling.time)
+    decay = -np.expm1(-np.maximum(ratios, LEAST_DAMPING) * omega * sampling.time)
     lag = np.hypot(1.0, omega / sampling.bandwidth) / np.hypot(1.0, half / sampling.bandwidth)
     size = free.sizes(sorted({*forces, *sensors}), half).min()
     answers = 2.0 * phi[forces].max(axis=0) * phi[sensors].max(axis=0)

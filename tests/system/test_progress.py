@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import source_check.evaluation
+from amb_analysis import studies
 from amb_assessment.assessment.engine import assess
 from amb_assessment.first_design import files
 from amb_cosim.commands.cli import main
@@ -70,6 +71,23 @@ def test_a_piped_command_says_that_its_first_step_compiles(monkeypatch):
     starting = [line for line in lines if line.startswith(progress.STARTING)]
     assert starting  # how many depends on the machine
     assert lines[len(starting) :] == ["simulating, 10 %"]
+
+
+def test_a_piped_study_that_takes_longer_than_the_patience_says_that_it_computes(monkeypatch, tmp_path):
+    """Two seconds by default, and nothing before: a spinner alone is invisible in a log."""
+    assert progress.PATIENCE == 2.0
+
+    def computing(**_):
+        sleep(0.2)
+        raise ValueError("ended here")
+
+    for name in ("campbell", "poles", "traps", "fit", "sensitivity"):
+        monkeypatch.setattr(studies, name, computing, raising=False)
+        monkeypatch.setattr(progress, "PATIENCE", 0.05)
+        first, *_ = lines_of("study", name, "-o", str(tmp_path / name))
+        assert first.startswith(progress.COMPUTING)
+        monkeypatch.setattr(progress, "PATIENCE", 60.0)
+        assert lines_of("study", name, "-o", str(tmp_path / name)) == []
 
 
 def test_a_run_from_python_prints_no_line(monkeypatch, capfd):

@@ -25,7 +25,7 @@ from amb_analysis.linear.aliasing import continuous_poles, logarithms
 from amb_analysis.linear.axial_loop import AxialControl
 from amb_analysis.linear.components import in_order, loop_of, without_idle_states
 from amb_analysis.linear.linear_source import LinearSource
-from amb_analysis.linear.stability import DRIFT, deciding_pole, stability_of
+from amb_analysis.linear.stability import DRIFT, deciding_pole, eigensystem, stability_of
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.loop_stability import LoopStability
@@ -171,17 +171,17 @@ class Loop:
         source = self.linear_components.at(Omega)
         parts, feeds = in_order(source.parts(self.components), source.feeds(self.components), self.components)
         law = loop_of(parts, feeds).selected(self.demands[:1], displacements).law
-        z, vectors = np.linalg.eig(law.A)
-        moved = np.asarray(law.C @ vectors, dtype=np.complex128)
+        system = eigensystem(law.A)
+        moved = np.asarray(law.C @ system.right, dtype=np.complex128)
         shapes, along = moved[: len(names)], moved[-1] if thrust else None
-        stability, number = deciding_pole(law.A, z.astype(np.complex128), self.sample_time)
-        s = self._continuous(Omega, z.astype(np.complex128), vectors, self.sample_time)
+        stability, number = deciding_pole(law.A, system, self.sample_time)
+        s = self._continuous(Omega, system.z, system.right, self.sample_time)
         omega = float(abs(s[number].imag))
         frequency = omega if omega > DRIFT * abs(stability.growth_rate) else 0.0
         is_axial = _is_axial(shapes, along)[number]
         place = f"{thrust}.z" if is_axial else _largest_place(names, np.abs(shapes[:, number]))
         stability = replace(stability, speed=Omega, frequency=frequency, place=place)
-        return LoopPoles(z.astype(np.complex128), s, shapes, stability, along)
+        return LoopPoles(system.z, s, shapes, stability, along)
 
     def _continuous(self, Omega: float, z: Complex, vectors: Complex, sample_time: float) -> Complex:
         """Return s of the poles z, determined from the rotor's states in the eigenvectors of the poles."""

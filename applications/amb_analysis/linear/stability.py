@@ -30,8 +30,10 @@ poles are counted, and the largest of the other poles determines stability.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import eig, matrix_balance
 
 from amb_cosim.results.loop_stability import LoopStability
@@ -43,35 +45,51 @@ ROUNDING = 1e4  # error of the matrix over its norm and the precision: of matrix
 DRIFT = 0.1  # |omega/sigma| up to which a pole is a drift, not a vibration
 
 
+class Eigensystem(NamedTuple):
+    """Eigenvalues z of a matrix, shape (n,), and its right and left eigenvectors in columns, shape (n, n)."""
+
+    z: Complex
+    right: Complex
+    left: Complex
+
+
+def eigensystem(A: Array) -> Eigensystem:
+    """Return eigenvalues and eigenvectors of a real matrix."""
+    z, left, right = eig(A, left=True, right=True)
+    return Eigensystem(*(np.asarray(item, np.complex128) for item in (z, right, left)))
+
+
 def stability_of(A: Array, sample_time: float) -> LoopStability:
     """Return the stability of x(n+1) = A x(n) with a sample time (s)."""
-    return deciding_pole(A, np.linalg.eigvals(A).astype(np.complex128), sample_time)[0]
+    return deciding_pole(A, eigensystem(A), sample_time)[0]
 
 
-def deciding_pole(A: Array, z: Complex, sample_time: float) -> tuple[LoopStability, int]:
-    """Return the stability of x(n+1) = A x(n) with poles z, and the index of the pole that determines it.
+def deciding_pole(A: Array, poles: Eigensystem, sample_time: float) -> tuple[LoopStability, int]:
+    """Return the stability of x(n+1) = A x(n) with the poles of A, and the index of the pole that determines it.
 
     If all poles are on the unit circle, the radius is 0 and the index is 0.
     """
-    circle = _on_circle(A, z)
-    radii = np.where(circle, 0.0, np.abs(z))
+    circle = _on_circle(A, poles)
+    radii = np.where(circle, 0.0, np.abs(poles.z))
     number = int(radii.argmax())
     radius = float(radii[number])
     sigma = math.log(max(radius, np.finfo(float).tiny)) / sample_time
-    omega = float(abs(np.angle(z[number]))) / sample_time
+    omega = float(abs(np.angle(poles.z[number]))) / sample_time
     frequency = 0.0 if omega <= DRIFT * abs(sigma) else omega
     return LoopStability(radius, sigma, frequency, on_circle=int(circle.sum())), number
 
 
-def _on_circle(A: Array, z: Complex) -> Array:
-    """Return which poles lie on the unit circle, except for the rounding error estimated by (1)."""
-    distance = np.abs(np.abs(z) - 1.0)
-    if not (distance < NEAR).any():
-        return np.zeros(len(z), dtype=bool)
-    balanced = matrix_balance(A, permute=False)[0]
-    poles, left, right = eig(balanced, left=True, right=True)
-    overlap = np.abs((left.conj() * right).sum(axis=0))
+def _on_circle(A: Array, poles: Eigensystem) -> NDArray[np.bool_]:
+    """Return which poles lie on the unit circle, except for the rounding error estimated by (1).
+
+    With the balanced matrix D^-1 A D, whose units are alike, x becomes D^-1 x, and y becomes D y.
+    """
+    near = np.abs(np.abs(poles.z) - 1.0) < NEAR
+    if not near.any():
+        return near
+    balanced, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    x, y = poles.right[:, near] / scale[:, None], poles.left[:, near] * scale[:, None]
+    overlap = np.abs((y.conj() * x).sum(axis=0)) / (np.linalg.norm(x, axis=0) * np.linalg.norm(y, axis=0))
     error = ROUNDING * np.finfo(float).eps * np.linalg.norm(balanced, 2)
-    reach = error / np.maximum(overlap, np.finfo(float).eps)
-    nearest = np.abs(z[:, None] - poles).argmin(axis=1)
-    return np.asarray((distance < NEAR) & (distance <= reach[nearest]))
+    near[near] = np.abs(np.abs(poles.z[near]) - 1.0) <= error / np.maximum(overlap, np.finfo(float).eps)
+    return near

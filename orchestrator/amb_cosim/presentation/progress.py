@@ -16,7 +16,9 @@ from amb_cosim.cosim.run.options import Progress as Report
 from amb_cosim.presentation.plain_console import plain_console
 
 STARTING = "starting (the first run builds the models)"
+COMPUTING = "computing (the first run builds the models)"
 INTERVAL = 10.0  # s between two lines
+PATIENCE = 2.0  # s until the first line of a computation that reports nothing
 
 
 class Bars(Progress):
@@ -33,18 +35,25 @@ class Bars(Progress):
         self._lines, self._interval, self._last = lines and self.disable, interval, time.monotonic()
 
     @contextmanager
-    def starting(self) -> Iterator[threading.Event]:
+    def starting(self, text: str = STARTING, first: float = INTERVAL) -> Iterator[threading.Event]:
         """Print repeatedly that a simulation is starting, with the elapsed time, until the yielded event is set.
 
         Compiling takes minutes and reports no progress.
+
+        Parameters
+        ----------
+        text
+            What is printed.
+        first
+            Longest time (s) before the first line.
         """
         started, seconds = threading.Event(), self._interval
 
         def tell() -> None:
-            passed = 0.0
-            while not started.wait(seconds):
-                passed += seconds
-                self.console.print(f"{STARTING}, {passed:.0f} s", highlight=False, soft_wrap=True)
+            passed, wait = 0.0, min(first, seconds)
+            while not started.wait(wait):
+                passed, wait = passed + wait, seconds
+                self.console.print(f"{text}, {passed:.0f} s", highlight=False, soft_wrap=True)
 
         if self._lines:
             threading.Thread(target=tell, daemon=True).start()
@@ -90,3 +99,14 @@ def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
             progress_bars.update(task, description=text, completed=done, total=total)
 
         yield report
+
+
+@contextmanager
+def working(text: str = COMPUTING) -> Iterator[None]:
+    """Show that a command computes without reports: a bar with the elapsed time in a terminal, lines elsewhere.
+
+    The first line appears after `PATIENCE`, so that a command that takes longer is not silent.
+    """
+    with bars(plain_console(stderr=True)) as progress_bars, progress_bars.starting(text, PATIENCE):
+        progress_bars.add_task(text, total=None)
+        yield

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -148,17 +148,14 @@ def add_study(
     assert entry is not None
 
     def run(output: Path | None, **values: Any) -> None:
-        from amb_cosim.presentation.plain_console import plain_console
+        from amb_cosim.presentation.progress import working
         from amb_cosim.presentation.text_tables import print_parts
 
         folder = output or Path("results") / f"study_{name}"
-        status: AbstractContextManager[object] = nullcontext()
-        if not shows_progress:
-            status = plain_console(stderr=True).status("computing (the first run builds the models)")
         with refusing():
             check_writable(folder, is_folder=True, files=(f"{name}.json", f"{name}.png"))
             warned = warn_of_sizes(values.get("rotor"))
-        with refusing(), status:
+        with refusing(), nullcontext() if shows_progress else working():
             compute: Callable[..., DrawnResult] = getattr(studies, name)
             result = compute(**values)
             studies.save(result, folder)
@@ -314,11 +311,12 @@ def linearise(scenario: str | None, controller: str | None, output: Path, **opti
     and units of all signals.
     """
     from amb_analysis.linear import linearise as linear
+    from amb_cosim.presentation.progress import working
     from amb_cosim.results.component_names import CONTROLLER as COMPONENT
 
     values: dict[str, Any] = {name: value or None for name, value in options.items() if name != "opened"}
     fmu = None if controller is None else {COMPONENT: controller}
-    with refusing():
+    with refusing(), working():
         check_writable(output, is_folder=False)
         model = linear.linearise(scenario, opened=options["opened"], fmu=fmu, **values)
         path = model.save(output)

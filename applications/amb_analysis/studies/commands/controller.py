@@ -28,8 +28,9 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
     bearing move in phase is damped by the demand if this phase is between -180 and 0 degrees."""
     from amb_analysis import studies
     from amb_analysis.studies.controller_description import describe_controller
+    from amb_cosim.presentation.progress import working
 
-    with refusing():
+    with refusing(), working():
         if output is not None:
             check_picture(output)
         result = describe_controller(file, speed, _modes(rotor, speed))

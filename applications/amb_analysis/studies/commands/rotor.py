@@ -23,10 +23,11 @@ def show(name: str, output: Path | None, as_json: bool) -> None:
     NAME is a packaged rotor or a rotor file. The command also describes the plant's model of the rotor.
     """
     from amb_analysis import studies
+    from amb_cosim.presentation.progress import working
     from rotor_analysis.packaged_rotors import rotor_path
     from rotor_analysis.rotor_file import load_rotor
 
-    with refusing():
+    with refusing(), working():
         if output is not None:
             check_picture(output)
         load_rotor(name)  # its errors name the file
