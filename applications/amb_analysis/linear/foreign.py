@@ -7,9 +7,9 @@ samples of the impulse response,
     H_0 = D,  H_k = C A^(k-1) B,                                                                     (1)
 
 from which the eigensystem realisation algorithm determines A, B, C: J.-N. Juang and R. S. Pappa, An eigensystem
-realization algorithm, J. Guidance 8 (1985) 620-627. Pulses of the opposite sign reveal a nonlinear FMU. Pulses one step
-later reveal an FMU that does not sample in every step, or a nonlinear FMU that moves without a pulse, as in a limit
-cycle.
+realization algorithm, J. Guidance 8 (1985) 620-627. It does so for each group of inputs and outputs that the responses
+connect. Pulses of the opposite sign reveal a nonlinear FMU. Pulses one step later reveal an FMU that does not sample in
+every step, or a nonlinear FMU that moves without a pulse, as in a limit cycle.
 """
 
 from __future__ import annotations
@@ -19,21 +19,25 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from amb_analysis.linear.components import LinearComponent, names_of, zoh
-from amb_cosim.controllers.laws import Law
+from amb_cosim.controllers.laws import Law, side_by_side
 from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
-from array_types import Array
+from array_types import Array, Indices
 
 STEPS = 240  # communication steps of a response
+PROBE = 40  # communication steps of a response that shows whether a law is the same at another speed
 RANK = 1e-9  # singular value of the responses' matrix, over the largest, that is no state
 DERIVATIVES_ERROR = 0.01  # largest over the largest response: an FMU may have more states than it lists
+UNCOUPLED = 1e-6  # response of an output to an input, over their largest ones, that is no path: as `ALIKE` for laws
 NONLINEAR = 1e-6  # difference of pulses of both signs or in two steps, over the largest response, that a note reports
 SLOWER = 0.01  # difference of pulses in two steps, over the largest response, from which there is no linear model
 PULSES = {"m": 1e-6, "N": 1.0, "A": 1e-3, "V": 1e-3}  # height of an input's pulse, by its unit
 PULSE = 1e-3  # in any other unit
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # its multiples have different fractions
 
 
 def foreign_component(
@@ -112,6 +116,37 @@ def foreign_component(
     return LinearComponent(
         law, names_of(name, inputs), names_of(name, outputs), notes=(f"{name}: {note}",), at_end=True
     )
+
+
+def joint_response(
+    name: str,
+    folder: Path,
+    interface: FmuInterface,
+    start: Mapping[str, float],
+    ends: tuple[Sequence[str], Sequence[str]],
+    sample_time: float,
+) -> Array:
+    """Return the response of an FMU to pulses of all inputs in one step, shape (PROBE, n_outputs).
+
+    If this response is the same from other start values (`responds_alike`), the linear model is the same. The pulses
+    have different heights, so that effects of several inputs do not cancel. Arguments and errors are those of
+    `foreign_component`.
+    """
+    inputs, outputs = ends
+    heights = [PULSES.get(interface.ports[i].unit or "", PULSE) for i in inputs]
+    pulse = np.array(heights) * (1.0 + (GOLDEN * np.arange(len(inputs))) % 1.0)
+    component = FmuComponent(name, folder, interface, inputs, outputs, start)
+    try:
+        rest = np.array([start.get(i, interface.ports[i].start or 0.0) for i in inputs])
+        runs = _PulseRuns(component, (inputs, outputs, start), rest, sample_time)
+        return runs.response(pulse, steps=PROBE) - runs.response(np.zeros(len(inputs)), steps=PROBE)
+    finally:
+        component.close()
+
+
+def responds_alike(response: Array, other: Array) -> bool:
+    """Return whether two responses of `joint_response` differ in no output by more than `UNCOUPLED` of its largest."""
+    return bool((np.abs(response - other).max(axis=0) <= UNCOUPLED * np.abs(other).max(axis=0)).all())
 
 
 def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, str]:
@@ -200,15 +235,15 @@ class _PulseRuns:
         self.component.write()
         self.component.leave()
 
-    def response(self, pulse: Array, at: int = 1) -> Array:
-        """Return the outputs after each step except the first, shape (STEPS, n_outputs), for a pulse in step `at`.
+    def response(self, pulse: Array, at: int = 1, steps: int = STEPS) -> Array:
+        """Return the outputs after each step except the first, shape (steps, n_outputs), for a pulse in step `at`.
 
         There is no pulse in the first step: an FMU may start in equilibrium with its initial inputs, which would
         include the pulse.
         """
         component, result = self.component, []
         self.restart()
-        for n in range(STEPS + 1):
+        for n in range(steps + 1):
             component.inputs[:] = self.rest + (pulse if n == at else 0.0)
             component.write()
             component.step(n * self.sample_time, self.sample_time)
@@ -218,8 +253,33 @@ class _PulseRuns:
 
 
 def realised(markov: Array, sample_time: float) -> Law:
-    """Return the law of lowest order whose impulse response (1) is `markov`, shape (steps, n_outputs, n_inputs)."""
+    """Return the law of lowest order whose impulse response (1) is `markov`, shape (steps, n_outputs, n_inputs).
+
+    Inputs and outputs without a path between them, such as those of controllers of different axes, have their own
+    states. Their coupling is exactly 0, not that of rounding in a common realisation.
+    """
+    groups = _groups(markov)
+    law = side_by_side([_realised(markov[:, outputs[:, None], inputs], sample_time) for outputs, inputs in groups])
+    rows, columns = (np.argsort(np.concatenate([group[k] for group in groups])) for k in (0, 1))
+    return Law(law.A, law.B[:, columns], law.C[rows], law.D[np.ix_(rows, columns)], sample_time)
+
+
+def _groups(markov: Array) -> list[tuple[Indices, Indices]]:
+    """Return outputs and inputs that responses above `UNCOUPLED` connect, with each output and input in one group."""
+    p, m = markov.shape[1:]
+    size = np.abs(markov).max(axis=0)
+    scale = np.sqrt(np.outer(size.max(axis=1), size.max(axis=0)))
+    links = np.zeros((p + m, p + m), dtype=bool)
+    links[:p, p:] = size > UNCOUPLED * scale
+    count, label = connected_components(links, directed=False)
+    return [(np.flatnonzero(label[:p] == k), np.flatnonzero(label[p:] == k)) for k in range(count)]
+
+
+def _realised(markov: Array, sample_time: float) -> Law:
+    """Return the law of lowest order for outputs and inputs that are connected; arguments as for `realised`."""
     steps, p, m = markov.shape
+    if not (p and m):
+        return Law(np.zeros((0, 0)), np.zeros((0, m)), np.zeros((p, 0)), np.zeros((p, m)), sample_time)
     half = (steps - 1) // 2
     sizes = [np.abs(markov).max(axis=axes) for axes in ((0, 2), (0, 1))]
     rows, columns = (np.where(size > 0.0, size, 1.0) for size in sizes)

@@ -13,7 +13,7 @@ import numpy as np
 
 from amb_analysis.linear.components import LinearComponent
 from amb_analysis.linear.control import law_component, pid_component
-from amb_analysis.linear.foreign import foreign_component
+from amb_analysis.linear.foreign import foreign_component, joint_response, responds_alike
 from amb_analysis.linear.rotor_and_magnets import actuator_component, rotor_component
 from amb_cosim.controllers.laws import Law
 from amb_cosim.cosim.choices import Flavour
@@ -111,6 +111,15 @@ class LinearSource:
         links = {link.target: link.source for link in system.connections}
         return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
 
+    def samples_late(self, part: LinearComponent, target: str) -> float:
+        """Return the delay of a part's outputs, in samples, at an input of another component, `component.variable`.
+
+        Components are stepped in the order of `names`. Outputs that appear at the end of a step reach a component that
+        is stepped later in the same step, and all others in the next step.
+        """
+        first, last = (self.names.index(end.partition(".")[0]) for end in (part.outputs[0], target))
+        return part.late + (1.0 if part.at_end and first >= last else 0.0)
+
     def kind(self, name: str) -> str:
         """Return the name of a component's model, or the path of its FMU."""
         fmu = self.plan.system.component(name).fmu
@@ -156,6 +165,7 @@ class LinearSource:
         return (signal is not None and signal.name == SPEED) or source == f"{PLANT}.speed"
 
     def _foreign(self, name: str, start: Mapping[str, float]) -> LinearComponent:
+        """Return the linear part of an FMU; it is that of another speed if the FMU responds in the same way there."""
         system, interface = self.plan.system, self.plan.interfaces[name]
         every = next(c.every for c in self.plan.system.components if c.name == name)
         fed = {link.target for link in system.connections}
@@ -167,7 +177,17 @@ class LinearSource:
         is_parameter = stated is not None and stated.causality == "parameter"
         note_first_loading(self.plan.fmus[name])
         time = max(step, self.parameters(name)["sample_time"] if is_parameter else 0.0)
-        return foreign_component(name, folder, interface, start, (inputs, outputs), time)
+        fmu = name, folder, interface, start, (inputs, outputs), time
+        others = {port: value for port, value in start.items() if not self._reads_speed(f"{name}.{port}")}
+        if len(others) == len(start):
+            return foreign_component(*fmu)
+        known: list[tuple[Array, LinearComponent]] = self.cached(f"{name} at all speeds and {others!r}", list)
+        response = joint_response(*fmu)
+        alike = next((part for other, part in known if responds_alike(response, other)), None)
+        if alike is None:
+            alike = foreign_component(*fmu)
+            known.append((response, alike))
+        return alike
 
     def constants(self, name: str) -> Array:
         """Return the constants of a component that is a model of this project."""

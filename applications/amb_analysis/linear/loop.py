@@ -242,7 +242,8 @@ class Loop:
                     f"{demand} depends on more than the displacement along the shaft ({', '.join(of_axis)})"
                 )
             law = without_idle_states(part.selected(of_axis, [demand]).law)
-            controls.append(AxialControl(law, self.sample_time, part.late + (1.0 if part.at_end else 0.0)))
+            late = self.linear_components.samples_late(part, self.demands[along[0]])
+            controls.append(AxialControl(law, self.sample_time, late))
         if any(control.differs_from(controls[0]) for control in controls):
             raise ValueError(
                 f"{demand} depends on the speed; the control law along the shaft must be the same at all speeds"

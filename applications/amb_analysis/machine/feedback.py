@@ -113,7 +113,8 @@ def component_responses(
     read: dict[str, int] = {}
     for target, source in feeds.items():
         if target in at_input and source in at_output:
-            E[:, at_input[target], at_output[source]] = _link(owner[source], owner[target], omegas)
+            late = linear_source.samples_late(owner[source], target)
+            E[:, at_input[target], at_output[source]] = _link(owner[source], owner[target], late, omegas)
         elif target in at_input and source in row_of:
             read[target] = row_of[source]
     rows = sorted(set(read.values()))
@@ -126,19 +127,23 @@ def component_responses(
     return rows, np.asarray(closed[:, [at_output[name] for name in outputs]])
 
 
-def lateness(linear_source: LinearSource, outputs: Sequence[str]) -> Array:
-    """Return the delay (s) of each output relative to the sample from which it is computed.
+def lateness(linear_source: LinearSource, feeds: Mapping[str, str]) -> Array:
+    """Return the delay (s) of each connection relative to the sample from which its output is computed.
 
-    For a sampled component, this time is the fraction of a sample by which its outputs are late, plus one sample if the
-    outputs appear at the end of a step.
+    Parameters
+    ----------
+    linear_source
+        The components.
+    feeds
+        The output that feeds each input, by the name of the input.
     """
     parts = linear_source.parts([name for name in linear_source.names if name != PLANT])
-    late = {
-        name: (part.law.sample_time or 0.0) * (part.late + (1.0 if part.at_end else 0.0))
-        for part in parts
-        for name in part.outputs
-    }
-    return np.array([late[name] for name in outputs])
+    owner = {name: part for part in parts for name in part.outputs}
+    times = [
+        (owner[source].law.sample_time or 0.0) * linear_source.samples_late(owner[source], target)
+        for target, source in feeds.items()
+    ]
+    return np.array(times)
 
 
 def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]:
@@ -156,14 +161,14 @@ def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]
     return result
 
 
-def _link(source: LinearComponent, target: LinearComponent, omegas: Array) -> Complex:
-    """Return the response of a connection: (2) if it leads from a sampled to a continuous component, otherwise 1."""
+def _link(source: LinearComponent, target: LinearComponent, late: float, omegas: Array) -> Complex:
+    """Return the response of a connection that is `late` samples late: (2) to a continuous component, or 1."""
     time = source.law.sample_time
     if time is None or target.law.sample_time is not None:
         return np.ones(len(omegas), np.complex128)
     angles = omegas * time
     held = np.sinc(angles / (2.0 * np.pi)) * np.exp(-0.5j * angles)
-    return np.asarray(held * np.exp(-1j * angles * (source.late + (1.0 if source.at_end else 0.0))))
+    return np.asarray(held * np.exp(-1j * angles * late))
 
 
 def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict[str, Complex]:

@@ -209,8 +209,9 @@ def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Pl
     injected = [f"{ACTUATOR}.{p.place}.i_{p.direction}" for p in inputs if p.unit == "A"]
     components = (ACTUATOR,) if structure.loop == "open" else None
     rows = force_feeds(machine, linear_source)
-    ends = [*rows, *(machine.run_loop.sources if structure.loop == "closed" else ())]
-    late = lateness(linear_source, machine.run_loop.sources if structure.loop == "closed" else ())
+    loop = machine.run_loop
+    demanded = dict(zip(loop.demands, loop.sources, strict=True)) if structure.loop == "closed" else {}
+    ends, late = [*rows, *demanded.values()], lateness(linear_source, demanded)
     return _Magnets(
         list(rows.values()),
         axes,

@@ -119,6 +119,22 @@ def test_pulse_response_identifies_order_and_poles_of_a_law():
     np.testing.assert_allclose(np.sort(np.linalg.eigvals(result.A).real), np.sort(poles), rtol=1e-8)
 
 
+@pytest.mark.parametrize("rounding", [0.0, 1e-12])
+def test_pulse_response_identifies_independent_laws_without_coupling(rounding):
+    """Two laws of one signal each, and an output and an input that nothing connects; exact zeros between them."""
+    laws = [Law([[0.5]], [[2.0]], [[3.0]], [[1.0]]), Law([[0.9]], [[1.0]], [[-4e5]], [[2e5]])]
+    markov = np.zeros((120, 3, 3))
+    markov[:, 2, 1], markov[:, 0, 2] = (responses(law, 120)[:, 0, 0] for law in laws)
+    noise = rounding * np.random.default_rng(0).standard_normal(markov.shape)
+    noise *= np.outer([4e5, 0.0, 1.0], [0.0, 1.0, 1.0])
+    result = realised(markov + noise, T)
+    first, second = (result.B[:, k] != 0.0 for k in (1, 2))
+    assert (int(first.sum()), int(second.sum())) == (1, 1)
+    assert not np.any(first & second)
+    assert not result.A[np.ix_(first, second)].any()
+    np.testing.assert_allclose(responses(result, 120), markov, atol=1e-9 * np.abs(markov).max())
+
+
 def test_disk_margin_of_one_loop_agrees_with_python_control():
     L = control.tf([25.0], [1.0, 10.0, 10.0, 10.0])
     omega = np.geomspace(0.1, 100.0, 200)

@@ -6,6 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from amb_analysis.linear import linear_source
+from amb_analysis.linear.foreign import foreign_component
+from amb_analysis.machine.feedback import bearing_forces
 from amb_analysis.machine.machine import machine_of
 from amb_analysis.studies.injection import STEPS_OF_A_SAMPLE, plan_measurement
 from amb_analysis.studies.inputs import controlled
@@ -68,23 +71,64 @@ class Own(Fmi2Slave):
 '''
 
 
+PER_AXIS = """
+inputs = ["probe_lower.x", "probe_lower.y", "probe_upper.x", "probe_upper.y", "thrust.z"]
+outputs = ["lower.i_x", "lower.i_y", "upper.i_x", "upper.i_y", "thrust.i_z"]
+sample_time = "50 us"
+
+[[channel]]
+from = ["probe_lower.x", "probe_lower.y"]
+to = ["lower.i_x", "lower.i_y"]
+gain = -1
+blocks = [{ type = "pid", kp = "7.9e3 A/m", kd = "48 A.s/m", roll_off = "600 Hz" }]
+
+[[channel]]
+from = ["probe_upper.x", "probe_upper.y"]
+to = ["upper.i_x", "upper.i_y"]
+gain = -1
+blocks = [{ type = "pid", kp = "1e4 A/m", kd = "85 A.s/m", roll_off = "600 Hz" }]
+
+[[channel]]
+from = "thrust.z"
+to = "thrust.i_z"
+gain = -1
+blocks = [{ type = "pid", kp = "1.6e4 A/m", ki = "1e5 A/(m.s)", kd = "32 A.s/m", roll_off = "2 kHz" }]
+"""
+FIVE_AXES = "turbo_pump_levitation"
+
+
+def fmu_of(file, folder, name="Own", coupling=0.0):
+    """Return the FMU of a controller file; a share of its last gain acts on its first input, too."""
+    from pythonfmu.builder import FmuBuilder
+
+    controller = linear_controller(file)
+    table = [[Omega, *(m.tolist() for m in (law.A, law.B, law.C, law.D))] for Omega, law in controller.laws.items()]
+    table = table if len(table) > 1 else [[0.0, *table[0][1:]], [1e4, *table[0][1:]]]
+    for _, *_, D in table:
+        D[-1][0] += coupling * D[-1][-1]
+    ports = {"inputs": [*controller.ports.signals], "outputs": [*controller.ports.demands]}
+    script = folder / f"{name.lower()}.py"
+    text = SCRIPT.format(table=json.dumps(table), **ports).replace("class Own", f"class {name}")
+    script.write_text(text, encoding="utf-8")
+    return Path(FmuBuilder.build_FMU(str(script), dest=str(folder)))
+
+
 @pytest.fixture(scope="module")
 def own(tmp_path_factory):
     """The FMU, and the controller file of the same law."""
-    from pythonfmu.builder import FmuBuilder
-
-    folder = tmp_path_factory.mktemp("own")
-    controller = linear_controller(FILE)
-    table = [[Omega, *(m.tolist() for m in (law.A, law.B, law.C, law.D))] for Omega, law in controller.laws.items()]
-    ports = {"inputs": [*controller.ports.signals], "outputs": [*controller.ports.demands]}
-    script = folder / "own.py"
-    script.write_text(SCRIPT.format(table=json.dumps(table), **ports), encoding="utf-8")
-    fmu = FmuBuilder.build_FMU(str(script), dest=str(folder))
-    return Path(fmu), FILE
+    return fmu_of(FILE, tmp_path_factory.mktemp("own")), FILE
 
 
-def loop_of(controller):
-    return machine_of(prepare_run(controlled(SCENARIO, None, controller))).loop
+@pytest.fixture(scope="module")
+def per_axis(tmp_path_factory):
+    """An FMU with one PID per axis of a rotor on five axes, and the controller file of the same law."""
+    folder = tmp_path_factory.mktemp("axes")
+    (folder / "axes.toml").write_text(PER_AXIS, encoding="utf-8")
+    return fmu_of(folder / "axes.toml", folder, "Axes"), folder / "axes.toml"
+
+
+def loop_of(controller, scenario=SCENARIO):
+    return machine_of(prepare_run(controlled(scenario, None, controller))).loop
 
 
 def test_an_own_controller_is_linearised_at_each_speed(own):
@@ -96,6 +140,47 @@ def test_an_own_controller_is_linearised_at_each_speed(own):
     laws = [at_rest.at(Omega).parts([CONTROLLER])[0].law for Omega in SPEEDS]
     assert not np.allclose(laws[0].D, laws[2].D, rtol=1e-3)
     assert loop_of(own[0]).readings == loop_of(own[1]).readings  # the FMU declares no units
+
+
+def test_the_axis_along_the_shaft_has_the_law_of_its_pid_alone(per_axis):
+    """Its two states and its delay, without those of the other axes that are identified together with it."""
+    found, expected = (loop_of(controller, FIVE_AXES).axial_control for controller in per_axis)
+    hertz = np.geomspace(0.1, 9e3, 40)
+    assert len(found.law.A) == len(expected.law.A) == 2
+    assert found.delay == expected.delay == 0.0
+    np.testing.assert_allclose(found.response(hertz), expected.response(hertz), rtol=1e-6)
+
+
+@pytest.mark.parametrize("coupling", [1e-4, 0.1])
+def test_an_axis_along_the_shaft_that_reads_another_axis_is_refused(per_axis, tmp_path, coupling):
+    coupled = fmu_of(per_axis[1], tmp_path, f"Coupled{coupling:g}".replace(".", "_").replace("-", "_"), coupling)
+    with raises_naming(ValueError, "rolac_controller.thrust.i_z", "rolac_controller.thrust.z", "displacement"):
+        _ = loop_of(coupled, FIVE_AXES).axial_control
+
+
+def test_a_law_that_does_not_depend_on_the_speed_is_identified_once(per_axis, own, monkeypatch):
+    """The FMU reads the speed, but does not use it; the law of cross-feedback depends on it."""
+    identified = []
+
+    def counted(*arguments):
+        identified.append(arguments)
+        return foreign_component(*arguments)
+
+    monkeypatch.setattr(linear_source, "foreign_component", counted)
+    for fmu, scenario, count in ((per_axis[0], FIVE_AXES, 1), (own[0], SCENARIO, 3)):
+        components, before = loop_of(fmu, scenario).linear_components, len(identified)
+        laws = [components.at(Omega).parts([CONTROLLER])[0].law for Omega in SPEEDS]
+        assert len(identified) - before == count
+        assert len({id(law) for law in laws}) == count
+
+
+def test_forces_of_an_own_controller_are_those_of_its_law(own):
+    """It is stepped before the magnets, so its demands reach them in the same step; a sample is 0.2 rad here."""
+    found, expected = (
+        bearing_forces(machine_of(prepare_run(controlled(SCENARIO, None, controller))), 2e3, 500.0)
+        for controller in own
+    )
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-6 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("amplifier", [False, True])
