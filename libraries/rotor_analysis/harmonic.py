@@ -42,7 +42,7 @@ class Forces:
 
     rows: Sequence[int]
     columns: Sequence[int]
-    at: Callable[[Array], Complex]
+    at: Callable[[Array | Complex], Complex]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class HarmonicModel:
         """Return the model at a spin speed (rad/s)."""
         return replace(self, model=self.model.at(Omega))
 
-    def stiffness(self, omegas: Array, Omega: float, forces: Forces | None = None) -> Complex:
+    def stiffness(self, omegas: Array | Complex, Omega: float, forces: Forces | None = None) -> Complex:
         """Return the matrix of (1) at frequencies and a spin speed (rad/s), shape (n, size, size).
 
         The product with F uses only the rows and columns of F, because including the rows and columns of all nodes
@@ -84,14 +84,14 @@ class HarmonicModel:
         return stiffness
 
     def response(
-        self, omegas: Array, Omega: float, inputs: Array | Complex, outputs: Array, forces: Forces | None
+        self, omegas: Array | Complex, Omega: float, inputs: Array | Complex, outputs: Array, forces: Forces | None
     ) -> Complex:
         """Return the outputs due to unit inputs, computed by (1), shape (n, outputs, inputs).
 
         Parameters
         ----------
         omegas
-            Frequencies (rad/s), shape (n,).
+            Frequencies (rad/s), shape (n,); complex ones as for `dynamic_stiffness`.
         Omega
             Spin speed (rad/s).
         inputs

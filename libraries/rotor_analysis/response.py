@@ -17,7 +17,7 @@ Stiffness = Callable[[float], Complex]
 """Dynamic stiffness (N/m) as a function of the spin speed (rad/s)."""
 
 
-def dynamic_stiffness(model: Matrices, Omega: float, omega: float | Array | None = None) -> Complex:
+def dynamic_stiffness(model: Matrices, Omega: float, omega: float | Array | Complex | None = None) -> Complex:
     """Return the dynamic stiffness, -omega^2 M + i omega (C + Omega G) + K + D (N/m), shape (size, size).
 
     D is the hysteretic damping (`hysteresis`). With frequencies of shape (n,) the result has the shape (n, size, size).
@@ -29,13 +29,14 @@ def dynamic_stiffness(model: Matrices, Omega: float, omega: float | Array | None
     Omega
         Spin speed (rad/s), positive from x to y.
     omega
-        Frequency or frequencies of the force (rad/s); by default Omega.
+        Frequency or frequencies of the force (rad/s); by default Omega. omega - i a is that of a force whose amplitude
+        grows as exp(a t). Hysteretic damping depends only on the real part.
     """
     model = model.at(Omega)
-    omegas = np.asarray(Omega if omega is None else omega, np.float64)[..., np.newaxis, np.newaxis]
+    omegas = 1.0 * np.asarray(Omega if omega is None else omega)[..., np.newaxis, np.newaxis]
     stiffness = -(omegas**2) * model.M + 1j * omegas * (model.C + Omega * model.G) + model.K
     if model.hysteresis is not None:
-        hysteretic = np.array([model.hysteresis.stiffness(float(w), Omega) for w in omegas.ravel()])
+        hysteretic = np.array([model.hysteresis.stiffness(float(w), Omega) for w in omegas.real.ravel()])
         stiffness += hysteretic.reshape(stiffness.shape)
     return np.asarray(stiffness)
 

@@ -87,7 +87,7 @@ def frequency_response(law: StateSpace, s: complex | Complex) -> Complex:
     return np.asarray(law.C @ np.linalg.solve(points * np.eye(len(law.A)) - law.A, law.B) + law.D, np.complex128)
 
 
-def harmonic_response(law: StateSpace, omega: float | Array, sample_time: float | None) -> Complex:
+def harmonic_response(law: StateSpace, omega: float | Array | Complex, sample_time: float | None) -> Complex:
     """Return the `frequency_response` at omega (rad/s): s = j omega, or z = exp(j omega T) with a sample time T (s).
 
     For frequencies of shape (n,), the result has the shape (n, outputs, inputs).

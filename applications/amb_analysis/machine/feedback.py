@@ -69,7 +69,7 @@ def component_responses(
     machine: Machine,
     linear_source: LinearSource,
     outputs: Sequence[str],
-    omegas: Array,
+    omegas: Array | Complex,
     injected: Sequence[str] = (),
     components: Sequence[str] | None = None,
 ) -> tuple[list[int], Complex]:
@@ -161,7 +161,7 @@ def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]
     return result
 
 
-def _link(source: LinearComponent, target: LinearComponent, late: float, omegas: Array) -> Complex:
+def _link(source: LinearComponent, target: LinearComponent, late: float, omegas: Array | Complex) -> Complex:
     """Return the response of a connection that is `late` samples late: (2) to a continuous component, or 1."""
     time = source.law.sample_time
     if time is None or target.law.sample_time is not None:

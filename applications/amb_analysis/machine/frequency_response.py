@@ -8,6 +8,8 @@ H is the response of the rotor with its passive bearings and seals (`rotor_analy
 forces. The demanded currents c are taken after their delay. y are displacements (k = 0), velocities (k = 1) or
 accelerations (k = 2). Forces and motions are positive in the same direction, so the receptance of a free mass m is
 -1/(m omega^2).
+
+If records were multiplied by exp(-a t), their response is that at j omega + a, so (1) is evaluated at omega - j a.
 """
 
 from __future__ import annotations
@@ -81,6 +83,7 @@ def frequency_response(
     outputs: Sequence[Place],
     frequencies: Array,
     highest: float | None = None,
+    decay: float = 0.0,
 ) -> Complex:
     """Return the response of each output to each input by (1), shape (n, outputs, inputs).
 
@@ -94,6 +97,8 @@ def frequency_response(
         Frequencies (Hz), shape (n,).
     highest
         Frequency (Hz) up to which the rotor's model is accurate; by default the highest of `frequencies`.
+    decay
+        Rate a (1/s) of an exponential window of the records of input and output; 0 for none.
 
     Raises
     ------
@@ -103,7 +108,8 @@ def frequency_response(
     omegas, magnets = 2.0 * np.pi * np.asarray(frequencies, np.float64), _magnets(structure, inputs, outputs)
     top = float(omegas.max()) if highest is None else 2.0 * np.pi * highest
     model = structure.model(_loaded(structure, inputs, magnets), top)
-    blocks = np.split(omegas, range(BLOCK, len(omegas), BLOCK))
+    at = omegas - 1j * decay if decay else omegas
+    blocks = np.split(at, range(BLOCK, len(at), BLOCK))
     return np.concatenate([_response(structure, inputs, outputs, block, model, magnets) for block in blocks])
 
 
@@ -111,7 +117,7 @@ def _response(
     structure: Structure,
     inputs: Sequence[Place],
     outputs: Sequence[Place],
-    omegas: Array,
+    omegas: Array | Complex,
     model: HarmonicModel,
     magnets: _Magnets | None,
 ) -> Complex:
@@ -184,7 +190,7 @@ class _Magnets:
     rows: list[int]
     axes: tuple[str, ...]
     late: Array
-    at: Callable[[Array], tuple[list[int], Complex]]
+    at: Callable[[Array | Complex], tuple[list[int], Complex]]
 
     def forces(self, columns: list[int], electric: Complex) -> Forces:
         """Return F of (1) from a result of `at`, at the frequencies of this result."""

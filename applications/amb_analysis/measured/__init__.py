@@ -1,6 +1,8 @@
 """Measured data of a machine (frequency responses, modes and time records), read from files into SI units.
 
 records      types for a channel, a frequency response, a list of modes, a record over time
+blows        blows of a hammer in a record, and the spectra of the blocks after them
+quality      sentences about coherence and blows
 estimates    frequency responses and coherence from records of inputs and outputs
 units        SI units of measured channels
 files        reads a file of any form: `.uff`, `.unv`, `.mat`, `.npz`, tables, and results of runs

@@ -1,5 +1,8 @@
 """Frequency responses and coherence from records of inputs and outputs, by averaged spectra (P. D. Welch).
 
+If the inputs are blows of a hammer, there is a segment for each blow (`blows`). Otherwise, segments of equal length
+divide the record, and each is multiplied by a window.
+
 The averaged spectra of segments, S_uu = <U U^H>, S_yu = <Y U^H> and S_yy = <Y Y^H>, give
 
     H1 = S_yu S_uu^-1                  noise at the outputs averages out                             (1)
@@ -17,7 +20,19 @@ from typing import Literal
 import numpy as np
 from scipy.signal import csd, get_window
 
-from amb_analysis.measured.records import FrequencyResponse, TimeRecord, check_sizes
+from amb_analysis.measured.blows import (
+    DECAYED,
+    EXCITED,
+    LEFT,
+    Blows,
+    blow_spectra,
+    find_blows,
+    noise_coherence,
+    offsets,
+    quiet_part,
+)
+from amb_analysis.measured.blows import decay as ending
+from amb_analysis.measured.records import Estimate, FrequencyResponse, TimeRecord, check_sizes
 from amb_cosim.cosim.grid.time_grid import in_steps
 from array_types import Array, Complex
 
@@ -25,6 +40,8 @@ Estimator = Literal["H1", "H2"]
 
 SEGMENTS = 8  # without overlap, by default
 LEAST_SAMPLES = 8  # of a segment
+BOXCAR, EXPONENTIAL = "boxcar", "exponential"
+NAMES = {name: BOXCAR for name in ("rect", "rectangular", "box", "ones")} | {"poisson": EXPONENTIAL}
 
 
 def estimate(
@@ -33,7 +50,8 @@ def estimate(
     *,
     estimator: Estimator = "H1",
     segment: float | None = None,
-    window: str = "hann",
+    window: str | None = None,
+    decay: float = 0.0,
 ) -> tuple[FrequencyResponse, ...]:
     """Return the response of each output to each input with its coherence, by (1) to (3).
 
@@ -46,10 +64,15 @@ def estimate(
     estimator
         `H1`, or `H2` if there is only one input.
     segment
-        Length of a segment (s); by default an eighth of the record. The frequency resolution is the inverse of this
-        length. Segments overlap by half of their length, unless the window is `boxcar`.
+        Length of a segment (s). For blows the default is the time in which the response decays, or the shortest time
+        between blows. Otherwise it is an eighth of the record. The frequency resolution is the inverse of this length.
+        Segments overlap by half of their length, unless the window is `boxcar` or there are blows.
     window
-        Name of a SciPy window.
+        Name of a window. For blows it is `boxcar`, or `exponential` if the response has not decayed at the end of a
+        segment; by default the record decides. Otherwise it is a SciPy window, by default `hann`. With another window,
+        blows are not treated as such.
+    decay
+        Rate 1/tau (1/s) of the window `exponential`; by default the window decays to 1 % within a segment.
 
     Raises
     ------
@@ -69,13 +92,40 @@ def estimate(
         if not np.isfinite(record.signals[channel]).all():
             raise ValueError(f"channel {channel.name} contains numbers that are not finite")
         check_sizes(record.signals[channel], f"channel {channel.name}")
-    n = _samples(record, segment)
+    window = None if window is None else NAMES.get(window, window)
+    if decay and window not in (None, EXPONENTIAL):
+        raise ValueError(
+            f"an exponential window is not allowed together with the window {window!r}; choose one of them"
+        )
     rows = np.stack([record.signals[c] for c in (*input_channels, *output_channels)])
-    rows = rows.reshape(len(rows), record.repeats, -1)
-    frequencies, S = _spectra(rows, record.sample_time, n, window)
-    values, coherence = responses(S, len(input_channels), estimator)
+    count = len(input_channels)
+    blows = None
+    if window in (None, BOXCAR, EXPONENTIAL):
+        blows = find_blows(rows[:count].reshape(count, record.repeats, -1), record.sample_time)
+    if blows is not None:
+        found = _from_blows(rows, count, record.sample_time, blows, segment, window, decay)
+    elif decay or window == EXPONENTIAL:
+        raise ValueError(
+            f"the window 'exponential' is not allowed, because {' and '.join(c.name for c in input_channels)} contains "
+            "no blows of a hammer; the window must be symmetric, such as 'hann'"
+        )
+    else:
+        n = _samples(record, segment)
+        found = _from_segments(rows.reshape(len(rows), record.repeats, -1), record.sample_time, n, window or "hann")
+    frequencies, S, estimate, resolution, known = found
+    values, coherence = responses(S, count, estimator)
+    gamma = known if known is not None else coherence if estimate.blocks > 1 else None
     return tuple(
-        FrequencyResponse(output, source, frequencies, values[:, k, j], coherence[:, k], 1.0 / (n * record.sample_time))
+        FrequencyResponse(
+            output,
+            source,
+            frequencies,
+            values[:, k, j],
+            None if gamma is None else gamma[:, k],
+            resolution,
+            estimate.decay,
+            estimate,
+        )
         for k, output in enumerate(output_channels)
         for j, source in enumerate(input_channels)
     )
@@ -122,17 +172,55 @@ def _samples(record: TimeRecord, segment: float | None) -> int:
     return n
 
 
-def _spectra(rows: Array, sample_time: float, n: int, window: str) -> tuple[Array, Complex]:
-    """Return the frequencies (Hz) above 0 and the spectra, shape (frequencies, channels, channels).
+Found = tuple[Array, Complex, Estimate, float | None, Array | None]
+"""Frequencies (Hz) above 0, spectra, their description, the resolution, and the coherence if it is not that of (3)."""
 
-    Rows have the shape (channels, repeats, samples); no segment extends over two repeats.
+
+def _from_blows(
+    rows: Array, inputs: int, step: float, blows: Blows, segment: float | None, window: str | None, decay: float
+) -> Found:
+    """Return the spectra of the blocks of blows; rows have the shape (channels, samples)."""
+    natural, left, heard = ending(rows[inputs:], blows)
+    n = natural
+    if segment is not None:
+        n = round(in_steps(segment, step))
+        longest = int(blows.rests.max())
+        if not LEAST_SAMPLES <= n <= longest:
+            limits = f"{LEAST_SAMPLES * step:g} s to {longest * step:g} s, the longest time after a blow"
+            raise ValueError(f"a segment of {n * step:g} s is not allowed; it must be {limits}")
+        blows = blows.lasting(n)
+    elif n < LEAST_SAMPLES:
+        raise ValueError(f"the blows are only {n * step:g} s apart; at least {LEAST_SAMPLES * step:g} s are required")
+    if not decay and (window == EXPONENTIAL or (window is None and (left > LEFT or n < natural))):
+        decay = float(-np.log(DECAYED)) / (n * step)
+    n -= n % 2
+    quiet = quiet_part(blows, heard)
+    rows = rows - offsets(rows, quiet, n)
+    S = blow_spectra(rows, inputs, blows, n, decay * step)
+    power = np.einsum("nkk->kn", S[:, :inputs, :inputs]).real
+    frequencies = np.arange(n // 2 + 1) / (n * step)
+    excited = (power >= EXCITED * power.max(axis=1, keepdims=True)).all(axis=0)
+    highest = float(frequencies[np.flatnonzero(excited)[-1]])
+    known = noise_coherence(rows, S, inputs, blows, decay * step, quiet) if len(blows.starts) == 1 else None
+    inner = slice(1, -1)
+    name, count = EXPONENTIAL if decay else BOXCAR, len(blows.starts)
+    estimate = Estimate(name, count, n * step, decay, count, blows.rebounds, highest, left, blows.incomplete)
+    return frequencies[inner], S[inner], estimate, None, None if known is None else known[inner]
+
+
+def _from_segments(rows: Array, step: float, n: int, window: str) -> Found:
+    """Return the spectra of segments; rows have the shape (channels, repeats, samples).
+
+    No segment extends over two repeats.
     """
     try:
         weights = get_window(window, n)
     except ValueError as error:
         raise ValueError(f"window {window!r} is not allowed: {error}") from error
-    overlap = 0 if window == "boxcar" else n // 2
+    overlap = 0 if window == BOXCAR else n // 2
     # scipy's csd(x, y) averages X^* Y
-    frequencies, S = csd(rows[None], rows[:, None], 1.0 / sample_time, weights, n, overlap, detrend="constant")
+    frequencies, S = csd(rows[None], rows[:, None], 1.0 / step, weights, n, overlap, detrend="constant")
     inner = slice(1, -1 if n % 2 == 0 else None)
-    return frequencies[inner], np.moveaxis(S.mean(axis=2), -1, 0)[inner]
+    blocks = rows.shape[1] * ((rows.shape[2] - overlap) // (n - overlap))
+    estimate = Estimate(window, blocks, n * step)
+    return frequencies[inner], np.moveaxis(S.mean(axis=2), -1, 0)[inner], estimate, 1.0 / (n * step), None

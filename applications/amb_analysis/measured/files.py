@@ -27,6 +27,7 @@ def read_measured(
     names: Mapping[str, str] | None = None,
     inputs: Sequence[str] = (),
     units: Mapping[str, str] | None = None,
+    decay: float = 0.0,
     **estimation: Any,
 ) -> Measurement:
     """Return the frequency responses or modes of a file, in SI units.
@@ -42,6 +43,9 @@ def read_measured(
         Arguments of `estimate`, for a file that contains a record over time.
     units
         Units, by the names of columns or channels in the file; they replace units in the file, or supply missing ones.
+    decay
+        Rate 1/tau (1/s) of the exponential window with which the responses of the file were measured, or with which
+        those of a record are to be estimated; 0 for none.
 
     Raises
     ------
@@ -56,8 +60,9 @@ def read_measured(
         stated.check()
         if isinstance(content, TimeRecord):
             warnings = (content.warning,) if content.warning else ()
-            content = Measurement(estimate(content, inputs, **estimation), warnings=warnings)
-        return replace(content, responses=_renamed(content.responses, names or {}))
+            content = Measurement(estimate(content, inputs, decay=decay, **estimation), warnings=warnings)
+        curves = (replace(curve, decay=decay or curve.decay) for curve in content.responses)
+        return replace(content, responses=_renamed(tuple(curves), names or {}))
     except ValueError as error:
         raise ValueError(f"measured data {path}: {error}") from error
 

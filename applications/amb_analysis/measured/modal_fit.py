@@ -8,14 +8,21 @@ When (1) is multiplied by the denominator, it is linear in lambda and N_c. It is
 from the denominator of the previous iteration (C. K. Sanathanan, J. Koerner, IEEE Trans. Autom. Control 8 (1963)
 56-58). The mode shape consists of the residues N_c(lambda) of the responses.
 
-An estimate from records is an average over the width 1/T of its lines, where T is the length of a segment. A peak whose
-fitted half-power width is
+An estimate from segments with a window such as `hann` is an average over the width 1/T of its lines, where T is the
+length of a segment. A peak whose fitted half-power width is
 
     2 zeta f < 4.5/T                                                                                  (2)
 
 has a damping ratio that is too large by 10 % or more with the window `hann`, and by 88 % if its true width is one line.
 The damping of such a peak is therefore considered unknown, as is the damping of a peak narrower than the spacing of
-measured lines.
+measured lines. The lines of a blow have the poles of the rotor (`blows`), so that (2) does not apply to them, and half
+the spacing suffices.
+
+An exponential window exp(-t/tau) of the records adds 1/tau to the decay of each vibration, which is subtracted:
+
+    lambda = lambda_fitted + 1/tau                                                                    (3)
+
+If less than a tenth of 1/tau remains, the damping is considered unknown.
 """
 
 from __future__ import annotations
@@ -42,9 +49,11 @@ LEAST_FREEDOM = 6  # of the rests of two modes
 LEAST_PART = 0.1  # of the smaller of two modes in their peak
 LEAST_APART = 0.5  # of the sum of half widths of two modes
 WIDTHS = 4.0  # half-power widths on each side of the peak
-RESOLVED = 4.5  # of (2)
+RESOLVED, SHARP = 4.5, 0.5  # lines of (2), and of the responses to blows
+OF_WINDOW = 0.1  # decay of a vibration over that of the window, below which (3) leaves mostly errors
 CLEAR = 30.0  # power of a peak over the median, which noise does not reach in 1e8 lines
 WELL = 0.2  # relative error of a fit, below which a peak is one of a pole
+EXACTLY = 0.1  # relative error of a fit, above which a peak narrower than a line may be noise
 SPIKE = 0.5  # lines of width, below which it may be one of a disturbance, such as the mains
 AROUND = 5  # lines on each side of a peak, whose coherence is averaged: that of a narrow peak is low at its top
 LEAST_COHERENCE = 0.5  # about a peak, below which it is noise: mean of the responses
@@ -58,7 +67,7 @@ class FittedMode:
     frequency
         |Im lambda|/2 pi (Hz).
     damping_ratio
-        -Re lambda/|lambda| (1).
+        -Re lambda/|lambda| (1), without the damping of an exponential window (3).
     shape
         Residue of each response, in the order of the responses, shape (responses,).
     lines
@@ -68,7 +77,7 @@ class FittedMode:
     height
         Ratio of a response's power at the peak to its median power, averaged over the responses (1).
     is_resolved
-        Whether, by (2), the damping ratio describes the vibration rather than the width of the lines.
+        Whether, by (2) and (3), the damping ratio describes the vibration rather than the window or the lines.
     """
 
     frequency: float
@@ -84,33 +93,53 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
     """Return the modes at the peaks of some responses by (1), in order of frequency.
 
     Noise also has peaks, so a peak with low coherence is not taken for a mode. A peak with uncertain coherence is not
-    taken for a mode if no pole fits it, or if it is narrower than a line.
+    taken for a mode if no pole fits it, or if it is narrower than a line. A peak narrower than a line is a mode only if
+    a pole fits it closely, even if no coherence was measured.
 
     Parameters
     ----------
     responses
-        Responses at the same frequencies.
+        Responses at the same frequencies, from records with the same exponential window or none.
 
     Raises
     ------
     ValueError
-        If the responses have different frequencies.
+        If the responses have different frequencies or windows.
     """
     frequencies, H, power, peaks = _peaks(responses)
     coherences = _coherences(responses, peaks)
     least = RESOLVED if any(item.resolution is not None for item in responses) else 1.0
+    enough = SHARP if all(item.estimate is not None and item.estimate.blows for item in responses) else least
     result = []
     for k, peak in enumerate(peaks):
         spacing = float(np.gradient(frequencies)[peak])
         regions = [_near(power, frequencies, peaks, k, reach) for reach in (WIDTHS, 2.0 * WIDTHS)]
         found = [_fits(frequencies[lines], H[:, lines], least * spacing) for lines in regions]
-        for mode in next((modes for modes in found if len(modes) == 2), found[0]):
+        for mode in next((pair for pair in found if len(pair) == 2), found[0]):
             width = 2.0 * mode.damping_ratio * mode.frequency / spacing
             if coherences[k] < CERTAIN and (mode.error > WELL or width < 1.0):
                 continue
-            result.append(replace(mode, lines=width, is_resolved=width >= least, height=float(power[peak])))
+            if width < 1.0 and mode.error > EXACTLY:
+                continue
+            result.append(replace(mode, lines=width, is_resolved=width >= enough, height=float(power[peak])))
     heavy = _heavily_damped(responses, frequencies, H, result)
-    return tuple(sorted([*result, *heavy], key=lambda mode: mode.frequency))
+    modes = (_without_window(mode, responses[0].decay) for mode in (*result, *heavy))
+    return tuple(sorted(modes, key=lambda mode: mode.frequency))
+
+
+def _without_window(mode: FittedMode, added: float) -> FittedMode:
+    """Return a mode without the decay (1/s) that an exponential window has added to it, by (3)."""
+    if not added:
+        return mode
+    rate = -2.0 * np.pi * _pole(mode).real - added
+    ratio = float(rate / np.hypot(rate, 2.0 * np.pi * mode.frequency))
+    proper = replace(mode, damping_ratio=ratio)
+    return replace(proper, is_resolved=mode.is_resolved and not is_masked(proper, added))
+
+
+def is_masked(mode: FittedMode, added: float) -> bool:
+    """Return whether an exponential window adds so much decay (1/s) that the damping of a mode is unknown."""
+    return bool(-2.0 * np.pi * _pole(mode).real < OF_WINDOW * added)
 
 
 def _heavily_damped(
@@ -191,6 +220,8 @@ def _peaks(responses: Sequence[FrequencyResponse]) -> tuple[Array, Complex, Arra
         raise ValueError(
             "responses with different frequencies are not allowed; fitting modes requires common frequencies"
         )
+    if len({item.decay for item in responses}) > 1:
+        raise ValueError("responses with different exponential windows are not allowed; fit the modes of each window")
     H = np.stack([item.values for item in responses])
     power = np.mean(np.abs(H) ** 2 / np.median(np.abs(H) ** 2, axis=1, keepdims=True), axis=0)
     peaks, _ = find_peaks(np.log10(np.maximum(power, np.finfo(float).tiny)), prominence=PROMINENCE)

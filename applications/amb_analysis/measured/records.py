@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -40,6 +41,50 @@ class Channel:
         return f"{self.name} ({self.unit})"
 
 
+@dataclass(frozen=True)
+class Estimate:
+    """How responses were estimated from a record.
+
+    window
+        Name of the window.
+    blocks, length
+        Number of averaged blocks, and their length (s).
+    decay
+        Rate (1/s) at which an exponential window decays; 0 without this window.
+    blows
+        Number of blows of a hammer with a block each; 0 if the blocks divide the record evenly.
+    rebounds
+        Number of blows with rebounds.
+    highest
+        Highest frequency (Hz) that the hammer excites; None without blows.
+    left
+        Amplitude of the response at the end of a block, over that after the blow; None without blows.
+    incomplete
+        Whether the record begins within its only blow.
+    """
+
+    window: str
+    blocks: int
+    length: Annotated[float, "s"]
+    decay: Annotated[float, "1/s"] = 0.0
+    blows: int = 0
+    rebounds: int = 0
+    highest: Annotated[float | None, "Hz"] = None
+    left: float | None = None
+    incomplete: bool = False
+
+    def __str__(self) -> str:
+        if not self.blows:
+            return f"estimated from {self.blocks} segments of {self.length:.4g} s with the window {self.window}"
+        blows = f"{self.blows} blow{'s' if self.blows > 1 else ''} of a hammer"
+        rebounds = f" ({self.rebounds} with rebounds)" if self.rebounds else ""
+        tau = f" of {1.0 / self.decay:.4g} s" if self.decay else ""
+        return (
+            f"estimated from {blows}{rebounds}, in blocks of {self.length:.4g} s with the window {self.window}{tau}; "
+            f"the hammer excites up to {self.highest:.4g} Hz"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
     """The response of an output to an input.
@@ -53,7 +98,12 @@ class FrequencyResponse:
     coherence
         Coherence from 0 to 1, shape (n,); None if it was not measured. Values above 1 due to rounding are reduced to 1.
     resolution
-        Inverse of the segment length (Hz), if the response is an estimate from records; None if it is unknown.
+        Width (Hz) of the window over which the response was averaged; None if its lines are exact, or this is unknown.
+    decay
+        Rate 1/tau (1/s) of the exponential window exp(-t/tau) of the records. The values are those at j omega + 1/tau,
+        because the window is a factor of both records. 0 without this window.
+    estimate
+        How the response was estimated from a record; None if the file contains responses.
 
     Raises
     ------
@@ -68,6 +118,8 @@ class FrequencyResponse:
     values: Complex
     coherence: Array | None = None
     resolution: float | None = None
+    decay: float = 0.0
+    estimate: Estimate | None = None
 
     def __post_init__(self) -> None:
         n = len(self.frequencies)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -18,8 +18,9 @@ from amb_analysis.measured.convention import contradictions
 from amb_analysis.measured.deviation import CurveDeviation, ModeDeviation, curve_deviation, mode_deviations
 from amb_analysis.measured.estimates import Estimator
 from amb_analysis.measured.files import read_measured
-from amb_analysis.measured.modal_fit import FittedMode, fitted_modes, peak_frequencies
-from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
+from amb_analysis.measured.modal_fit import FittedMode, fitted_modes, is_masked, peak_frequencies
+from amb_analysis.measured.quality import estimate_warnings, listed, median_coherence
+from amb_analysis.measured.records import Channel, Estimate, FrequencyResponse, Measurement
 from amb_analysis.measured.units import si_channel
 from amb_analysis.studies.inputs import Number, controlled, positive, spin_speed
 from amb_analysis.studies.result import DrawnResult, WarnedResult
@@ -39,7 +40,7 @@ from rotor_analysis.rotor_file import load_rotor
 LOWEST, HIGHEST = 1.0, 1000.0  # Hz, without a measurement
 POINTS = 600
 UNDAMPED = 1e-7  # half width of a resonance over its frequency, below which only rounding limits the peak
-MOST_PEAKS = 6  # that a warning lists
+EXPONENTIAL_WINDOW = "exponential-window"
 COARSE = 10  # frequencies per interval of the search for resonances
 WITH_UNIT = re.compile(r"(?P<name>[^\[\]]*[^\[\]\s])\s*(?:\[(?P<unit>[^\[\]]+)\])?")
 
@@ -82,6 +83,11 @@ class FrequencyResponses(WarnedResult, DrawnResult):
         Responses by name, `output/input`.
     modes
         Modes of the measured responses, each with the matching computed mode; empty if there is no measurement.
+    estimate
+        How the measured responses were estimated from a record; None if the file contains responses.
+    exponential_window
+        Time constant (s) of the exponential window of the measurement, whose damping the modes do not include; None
+        without this window.
     """
 
     name: ClassVar[str] = "response"
@@ -91,9 +97,14 @@ class FrequencyResponses(WarnedResult, DrawnResult):
     speed: Annotated[float, "rad/s"]
     responses: dict[str, ComputedResponse]
     modes: tuple[ModeDeviation, ...]
+    estimate: Estimate | None = None
+    exponential_window: Annotated[float | None, "s"] = None
 
     def text(self) -> list[TextBlock]:
-        """Return tables of the modes and the deviations or, if there is no measurement, of the largest values."""
+        """Return tables of the modes and the deviations or, if there is no measurement, of the largest values.
+
+        If there is a measurement, how it was estimated and the warnings come first.
+        """
         title = f"{self.rotor}, {self.loop}, {speed_unit().text(self.speed)}: "
         if all(item.measured is None for item in self.responses.values()):
             table = text_table(f"{title}largest values", ("response", "", "at (Hz)", "phase (deg)"), left=("response",))
@@ -114,11 +125,26 @@ class FrequencyResponses(WarnedResult, DrawnResult):
             percent = "-" if mode.percent is None else f"{mode.percent:+z.2f}"
             mac = "-" if mode.mac is None else f"{mode.mac:.3f}"
             modes.add_row(f"{mode.measured:.2f}", number(mode.computed), percent, *ratios, mac)
-        curves = text_table(f"{title}responses", ("response", "unit", "FRAC", "rms (dB)"), left=("response", "unit"))
+        columns = ("response", "unit", "FRAC", "rms (dB)", "coherence")
+        curves = text_table(f"{title}responses", columns, left=("response", "unit"))
         for name, item in self.responses.items():
             if item.deviation is not None:
-                curves.add_row(name, item.unit, f"{item.deviation.frac:.3f}", f"{item.deviation.decibel:.2f}")
-        return [*([modes] if self.modes else []), curves, *self.warning_lines()]
+                deviations = f"{item.deviation.frac:.3f}", f"{item.deviation.decibel:.2f}"
+                gamma = median_coherence(item.coherence)
+                curves.add_row(name, item.unit, *deviations, "-" if gamma is None else f"{gamma:.3f}")
+        return [*self.estimate_lines(), *([modes, *self._window_lines()] if self.modes else []), curves]
+
+    def estimate_lines(self) -> list[TextBlock]:
+        """Return lines about the estimate of the measured responses, and the warnings."""
+        return [*([f"measured responses: {self.estimate}"] if self.estimate else []), *self.warning_lines()]
+
+    def _window_lines(self) -> list[TextBlock]:
+        """Return a line about the damping that an exponential window adds."""
+        if self.exponential_window is not None:
+            return [f"damping ratios without that of the exponential window of {self.exponential_window:.4g} s"]
+        if self.estimate is None and any(mode.measured_damping is not None for mode in self.modes):
+            return ["if an exponential window was used, state --exponential-window TAU; it adds damping"]
+        return []
 
 
 def response(
@@ -136,7 +162,8 @@ def response(
     up_to: Number | None = None,
     estimator: Estimator = "H1",
     segment: Number | None = None,
-    window: str = "hann",
+    window: str | None = None,
+    exponential_window: Number | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> FrequencyResponses:
@@ -170,10 +197,14 @@ def response(
         Spin speed (rad/s), or a string with its unit; by default the speed of the scenario, or 0 if there is no
         machine.
     up_to
-        Highest frequency (Hz), or a string with its unit; by default that of the measurement, or 1 kHz without a
-        measurement.
+        Highest frequency (Hz), or a string with its unit; by default that of the measurement, the highest that a hammer
+        excites, or 1 kHz without a measurement.
     estimator, segment, window
         Arguments of the estimate from a record over time (`measured.estimates.estimate`); `segment` is in s.
+    exponential_window
+        Time constant tau (s) of the window exp(-t/tau) with which the responses of the file were measured, or with
+        which those of a record are to be estimated. Its damping is subtracted from that of the measured modes, and the
+        computed responses are those with the same window.
     set, flavour
         Parameter values by `component.variable`, and the flavour of the FMUs.
 
@@ -194,9 +225,8 @@ def response(
     curves: Sequence[FrequencyResponse] = ()
     of_data: tuple[str, ...] = ()
     if measured is not None:
-        content = measured_content(
-            measured, channels, channel_units, inputs, outputs, up_to, (estimator, segment, window)
-        )
+        estimation = Estimation(estimator, segment, window, exponential_window)
+        content = measured_content(measured, channels, channel_units, inputs, outputs, up_to, estimation)
         curves, of_data = content.responses, content.warnings
         if not curves:
             raise ValueError("the measurement lists only modes; there is no response to compare")
@@ -246,43 +276,80 @@ def laid_over(
         for name, c, v in zip(names, curves, values, strict=True)
     }
     modes: list[ModeDeviation] = []
-    warnings = list(contradictions(curves, values))
+    contradicted = contradictions(curves, values)
+    warnings = [*estimate_warnings(curves), *contradicted]
     for _, group in groupby(zip(curves, values, strict=True), lambda pair: pair[0].frequencies.tobytes()):
         pairs = list(group)
         measured = [c for c, _ in pairs]
         found = fitted_modes(measured)
-        warnings += unresolved([mode for mode in found if not mode.is_resolved])
-        if not found and not warnings:
-            at = ", ".join(f"{peak:.4g}" for peak in peak_frequencies(measured)[:MOST_PEAKS])
+        warnings += unresolved([mode for mode in found if not mode.is_resolved], measured[0].decay)
+        if not found and not contradicted:
+            at = listed([f"{peak:.4g}" for peak in peak_frequencies(measured)])
             cause = (
                 f"no decaying vibration fits the peaks at {at} Hz"
                 if at
                 else "no peak rises 6 dB above its surroundings"
             )
             warnings.append(f"{cause}: no mode is compared")
-        computed = [replace(c, values=v, coherence=None, resolution=None) for c, v in pairs]
+        computed = [replace(c, values=v, coherence=None, resolution=None, estimate=None) for c, v in pairs]
         modes += mode_deviations(found, fitted_modes(computed))
-    listed = tuple(sorted(modes, key=lambda mode: mode.measured))
-    return FrequencyResponses(rotor, loop, Omega, responses, listed, warnings=tuple(warnings))
+    ascending = tuple(sorted(modes, key=lambda mode: mode.measured))
+    tau = 1.0 / curves[0].decay if curves[0].decay else None
+    return FrequencyResponses(
+        rotor, loop, Omega, responses, ascending, curves[0].estimate, tau, warnings=tuple(dict.fromkeys(warnings))
+    )
 
 
-def unresolved(modes: Sequence[FittedMode]) -> list[str]:
-    """Return a list with a sentence about these modes, whose damping is not resolved; empty if there are none."""
-    if not modes:
-        return []
-    at = ", ".join(f"{mode.frequency:.2f} Hz" for mode in modes[:MOST_PEAKS])
-    more = f" and {len(modes) - MOST_PEAKS} more" if len(modes) > MOST_PEAKS else ""
-    widest = max(mode.lines for mode in modes)
-    return [
-        f"the damping of the modes at {at}{more} is not resolved: the half-power width of their peaks is at most "
-        f"{widest:.2g} lines; use longer segments, a longer record or more closely spaced lines"
-    ]
+def unresolved(modes: Sequence[FittedMode], decay: float = 0.0) -> list[str]:
+    """Return sentences about these modes, whose damping is not resolved; empty if there are none.
+
+    Parameters
+    ----------
+    modes
+        Modes that are not resolved.
+    decay
+        Rate (1/s) of the exponential window of the records.
+    """
+    by_window = [mode for mode in modes if is_masked(mode, decay)]
+    by_lines = [mode for mode in modes if not is_masked(mode, decay)]
+    result = []
+    if by_lines:
+        widest = max(mode.lines for mode in by_lines)
+        result.append(
+            f"the damping of the modes at {_listed(by_lines)} is not resolved: the half-power width of their peaks is "
+            f"at most {widest:.2g} lines; use longer segments, a longer record or more closely spaced lines"
+        )
+    if by_window:
+        result.append(
+            f"the damping of the modes at {_listed(by_window)} is not resolved, because the exponential window of "
+            f"{1.0 / decay:.3g} s adds at least ten times as much; check its time constant, or use a longer window"
+        )
+    return result
+
+
+def _listed(modes: Sequence[FittedMode]) -> str:
+    return listed([f"{mode.frequency:.2f} Hz" for mode in modes])
 
 
 def _numbered(names: Sequence[str]) -> list[str]:
     """Make names unique by numbering repetitions: `a, b, a` becomes `a, b, a (2)`."""
     before = [names[:k].count(name) for k, name in enumerate(names)]
     return [f"{name} ({count + 1})" if count else name for name, count in zip(names, before, strict=True)]
+
+
+class Estimation(NamedTuple):
+    """Arguments of the estimate from a record over time, as for `response`."""
+
+    estimator: Estimator = "H1"
+    segment: Number | None = None
+    window: str | None = None
+    exponential_window: Number | None = None
+
+    def values(self) -> dict[str, Any]:
+        """Return the arguments of `read_measured`, in SI units."""
+        segment = None if self.segment is None else quantity(self.segment, "s", "segment")
+        tau = np.inf if self.exponential_window is None else positive(self.exponential_window, "s", EXPONENTIAL_WINDOW)
+        return {"estimator": self.estimator, "segment": segment, "window": self.window, "decay": 1.0 / tau}
 
 
 def measured_content(
@@ -292,7 +359,7 @@ def measured_content(
     inputs: Sequence[str],
     outputs: Sequence[str],
     up_to: Number | None,
-    estimation: tuple[Estimator, Number | None, str],
+    estimation: Estimation,
 ) -> Measurement:
     """Return a measurement that contains the chosen responses; the arguments are those of `response`.
 
@@ -302,18 +369,18 @@ def measured_content(
         If the file cannot be read, if none of its responses is chosen, or if a response is 0 at some frequency, where
         its logarithm does not exist.
     """
-    estimator, segment, window = estimation
     in_file = {place: name for name, place in (channels or {}).items()}
     named = tuple(in_file.get(_bare(name), _bare(name)) for name in inputs)
-    length = None if segment is None else quantity(segment, "s", "segment")
     content = measured
     if not isinstance(content, Measurement):
-        content = read_measured(
-            content, channels, named, channel_units, estimator=estimator, segment=length, window=window
-        )
+        content = read_measured(content, channels, named, channel_units, **estimation.values())
+    elif estimation.exponential_window is not None:
+        decay = estimation.values()["decay"]
+        content = replace(content, responses=tuple(replace(curve, decay=decay) for curve in content.responses))
     if not content.responses:
         return content
-    highest = None if up_to is None else positive(up_to, "Hz", "up-to")
+    excited = content.responses[0].estimate.highest if content.responses[0].estimate else None
+    highest = excited if up_to is None else positive(up_to, "Hz", "up-to")
     names = channels or {}
     requested = [{names.get(name, name) for name in map(_bare, ends)} for ends in (inputs, outputs)]
     chosen = [
@@ -397,7 +464,8 @@ def computed_values(
         members = list(group)
         input_places = list(dict.fromkeys(ends[k][0] for k in members))
         output_places = list(dict.fromkeys(ends[k][1] for k in members))
-        H = frequency_response(structure, input_places, output_places, curves[members[0]].frequencies)
+        first = curves[members[0]]
+        H = frequency_response(structure, input_places, output_places, first.frequencies, decay=first.decay)
         for k in members:
             result[k] = H[:, output_places.index(ends[k][1]), input_places.index(ends[k][0])]
     return [result[k] for k in range(len(curves))]

@@ -21,7 +21,13 @@ from amb_analysis.measured.modal_fit import fitted_modes
 from amb_analysis.measured.records import FrequencyResponse, Measurement, Modes
 from amb_analysis.measured.response_fit import fit_responses
 from amb_analysis.studies.fitted_machine import FittedMachine
-from amb_analysis.studies.frequency_responses import FrequencyResponses, computed_values, laid_over, measured_content
+from amb_analysis.studies.frequency_responses import (
+    Estimation,
+    FrequencyResponses,
+    computed_values,
+    laid_over,
+    measured_content,
+)
 from amb_analysis.studies.inputs import Number
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.rotor_parameters import free_bounds
@@ -69,14 +75,16 @@ class RotorFit(WarnedResult, DrawnResult):
         return {**super().data_files(), **self.files}
 
     def text(self) -> list[TextBlock]:
-        """Return a table of the parameters, and lines about their correlation and the residuals."""
+        """Return the estimate and warnings, a table of the parameters, and lines about correlation and residuals."""
         heads = ("parameter", "fitted", "95 % interval", "")
         table = text_table(f"{self.rotor} fitted to {self.measured}", heads, left=("parameter", ""))
         names = list(self.fit.parameters)
         for name, p in self.fit.parameters.items():
             at = "at its bound" if p.at_bound else ""
             table.add_row(name, f"{p.value:.6g}", f"{p.lower:.6g} to {p.upper:.6g}", at)
-        lines: list[TextBlock] = [table]
+        estimate = self.after.estimate if self.after else None
+        first = [f"measured responses: {estimate}"] if estimate else []
+        lines: list[TextBlock] = [*first, *self.warning_lines(), table]
         pairs = [
             f"{names[i]} and {names[j]}: {self.fit.correlation[i, j]:+.2f}"
             for i in range(len(names))
@@ -86,7 +94,7 @@ class RotorFit(WarnedResult, DrawnResult):
         if pairs:
             lines.append("correlation " + ", ".join(pairs))
         ratio = f"{self.fit.rms_before:.4g} before, {self.fit.rms_after:.4g} after"
-        return [*lines, f"rms of {self.fit.residuals} residuals: {ratio}", *self.warning_lines()]
+        return [*lines, f"rms of {self.fit.residuals} residuals: {ratio}"]
 
 
 def fit(
@@ -105,7 +113,8 @@ def fit(
     up_to: Number | None = None,
     estimator: Estimator = "H1",
     segment: Number | None = None,
-    window: str = "hann",
+    window: str | None = None,
+    exponential_window: Number | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> RotorFit:
@@ -131,7 +140,7 @@ def fit(
         `damping.modal.1`. All matches of a pattern such as `amb_actuator.left.k_i_measured_?` share one value.
     loop
         As for `response`: `closed` by default if there is a scenario, otherwise `free`.
-    inputs, outputs, channels, channel_units, up_to, estimator, segment, window
+    inputs, outputs, channels, channel_units, up_to, estimator, segment, window, exponential_window
         As for `response`.
     speed
         Spin speed (rad/s), or a string with its unit; by default the speed of the scenario, or 0 without a scenario.
@@ -149,7 +158,8 @@ def fit(
         raise ValueError("measured is missing; a fit needs a measurement")
     files = scenario, rotor, controller
     subject = FittedMachine.load(files, loop, speed, free_bounds(free), set or {}, flavour)
-    content = measured_content(measured, channels, channel_units, inputs, outputs, up_to, (estimator, segment, window))
+    estimation = Estimation(estimator, segment, window, exponential_window)
+    content = measured_content(measured, channels, channel_units, inputs, outputs, up_to, estimation)
     curves = [thinned(curve) for curve in resolved(content.responses)]
     if not curves and content.modes is None:
         raise ValueError("the measurement contains neither a response nor a mode to fit")

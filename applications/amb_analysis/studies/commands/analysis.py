@@ -90,8 +90,9 @@ MEASURED = (
         help="Unit of a measured channel or column: acc1=g.",
     ),
     click.option("--estimator", type=click.Choice(["H1", "H2"]), default="H1", show_default=True, help="Estimator."),
-    click.option("--segment", help="Length of a segment; default: 1/8 of the record."),
-    click.option("--window", default="hann", show_default=True, help="Window of a segment."),
+    click.option("--segment", help="Length of a segment; default: a blow, or 1/8 of the record."),
+    click.option("--window", help="Window of a segment; default: as the record requires."),
+    click.option("--exponential-window", metavar="TAU", help="Time constant of the records' exponential window: 0.2s."),
 )
 
 
