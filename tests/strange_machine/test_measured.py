@@ -69,6 +69,19 @@ def test_channels_are_selected_and_refused_by_name():
         studies.response(rotor=drawn, inputs=["turbine.f_x"])
 
 
+def test_frequencies_below_and_above_are_cut():
+    drawn = load_rotor(ROTOR)
+    measured = impact_test(drawn)
+    cut = studies.response(rotor=drawn, measured=measured, lowest="400 Hz", up_to="1500 Hz")
+    f = next(iter(cut.responses.values())).frequencies
+    assert (f[0], f[-1]) == (400.0, 1500.0)
+    ends = {"inputs": ["turbine.f_x"], "outputs": ["blower.x"]}
+    (curve,) = studies.response(rotor=drawn, lowest="1500 Hz", **ends).responses.values()
+    assert (curve.frequencies[0], curve.frequencies[-1]) == (pytest.approx(1500.0), pytest.approx(3000.0))
+    with raises_naming(ValueError, "from", "800 Hz", "< 700 Hz"):
+        studies.response(rotor=drawn, measured=measured, lowest="800 Hz", up_to="700 Hz")
+
+
 def test_a_response_that_was_measured_again_has_a_number():
     curve = FrequencyResponse(Channel("blower.x", "m"), Channel("turbine.f_x", "N"), F, np.ones(len(F), complex))
     result = laid_over("expander", "free", 0.0, [curve, curve], [curve.values, 2.0 * curve.values])

@@ -3,7 +3,10 @@
     FRAC = |sum H_m^* H_c|^2 / (sum |H_m|^2 sum |H_c|^2)      over frequency                         (1)
     MAC  = |phi_m^H phi_c|^2 / (phi_m^H phi_m phi_c^H phi_c)  over responses                         (2)
 
-A value of 1 means that the measured and the computed values are equal up to a complex factor. R. J. Allemang, The modal
+A value of 1 means that the measured and the computed values are equal up to a complex factor. The sums in (1) contain
+mostly the largest values, which for the displacement of a free rotor are the first lines, 1/(m omega^2). (1) is
+therefore computed for the acceleration, whatever the unit of the motion, and in each octave. The FRAC of a response is
+the mean over its octaves, weighted by their numbers of lines. R. J. Allemang, The modal
 assurance criterion: twenty years of use and abuse, Sound and Vibration 37 (2003) 14-21.
 """
 
@@ -17,8 +20,11 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from amb_analysis.measured.modal_fit import FittedMode
-from array_types import Complex
+from amb_analysis.measured.records import FrequencyResponse
+from array_types import Array, Complex
 
+ORDERS = {"m": 0, "m/s": 1, "m/s2": 2}  # derivatives of the displacement
+OCTAVE, LEAST_LINES = 2.0, 8  # ratio of the ends of a band, and its fewest lines
 FARTHEST = 0.2  # relative difference of frequency above which two modes are not paired
 
 
@@ -27,12 +33,16 @@ class CurveDeviation:
     """Deviation of a computed response from a measured one.
 
     frac
-        FRAC by (1).
+        FRAC by (1), mean over octaves.
+    least, band
+        FRAC of the octave in which it is least, and the ends of that octave (Hz).
     decibel
         Root mean square of 20 log10 |H_c/H_m| (dB).
     """
 
     frac: float
+    least: float
+    band: Annotated[tuple[float, float], "Hz"]
     decibel: Annotated[float, "dB"]
 
 
@@ -58,10 +68,28 @@ class ModeDeviation:
     mac: float | None
 
 
-def curve_deviation(measured: Complex, computed: Complex) -> CurveDeviation:
-    """Return the deviation of a computed response from a measured one at the same frequencies, shape (n,) each."""
-    levels = np.log10(np.maximum(np.abs(computed), 1e-300) / np.maximum(np.abs(measured), 1e-300))
-    return CurveDeviation(assurance(measured, computed), float(20.0 * np.sqrt(np.mean(levels**2))))
+def curve_deviation(measured: FrequencyResponse, computed: Complex) -> CurveDeviation:
+    """Return the deviation of computed values, shape (n,), from a measured response."""
+    f = measured.frequencies
+    scale = f ** (2.0 - ORDERS.get(measured.output.unit, 2))
+    bands = octaves(f)
+    fracs = np.array([assurance((scale * measured.values)[band], (scale * computed)[band]) for band in bands])
+    worst, sizes = int(np.argmin(fracs)), np.array([band.stop - band.start for band in bands])
+    ends = float(f[bands[worst]][0]), float(f[bands[worst]][-1])
+    levels = np.log10(np.maximum(np.abs(computed), 1e-300) / np.maximum(np.abs(measured.values), 1e-300))
+    mean = float(fracs @ sizes / sizes.sum())
+    return CurveDeviation(mean, float(fracs[worst]), ends, float(20.0 * np.sqrt(np.mean(levels**2))))
+
+
+def octaves(frequencies: Array) -> list[slice]:
+    """Return the octaves of ascending frequencies, shape (n,), each with at least `LEAST_LINES` lines if there are."""
+    result, first, n = [], 0, len(frequencies)
+    while first < n:
+        last = max(int(np.searchsorted(frequencies, OCTAVE * frequencies[first])), first + LEAST_LINES)
+        last = n if n - last < LEAST_LINES else last
+        result.append(slice(first, last))
+        first = last
+    return result
 
 
 def assurance(a: Complex, b: Complex) -> float:

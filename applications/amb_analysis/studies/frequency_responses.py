@@ -30,6 +30,7 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.prepare_run import prepare_run
+from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.refinement import about_resonances, vertex
@@ -125,11 +126,13 @@ class FrequencyResponses(WarnedResult, DrawnResult):
             percent = "-" if mode.percent is None else f"{mode.percent:+z.2f}"
             mac = "-" if mode.mac is None else f"{mode.mac:.3f}"
             modes.add_row(f"{mode.measured:.2f}", number(mode.computed), percent, *ratios, mac)
-        columns = ("response", "unit", "FRAC", "rms (dB)", "coherence")
+        columns = ("response", "unit", "FRAC", "least in an octave", "rms (dB)", "coherence")
         curves = text_table(f"{title}responses", columns, left=("response", "unit"))
         for name, item in self.responses.items():
             if item.deviation is not None:
-                deviations = f"{item.deviation.frac:.3f}", f"{item.deviation.decibel:.2f}"
+                d = item.deviation
+                least = f"{d.least:.3f} ({d.band[0]:.4g} to {d.band[1]:.4g} Hz)"
+                deviations = f"{d.frac:.3f}", least, f"{d.decibel:.2f}"
                 gamma = median_coherence(item.coherence)
                 curves.add_row(name, item.unit, *deviations, "-" if gamma is None else f"{gamma:.3f}")
         return [*self.estimate_lines(), *([modes, *self._window_lines()] if self.modes else []), curves]
@@ -159,6 +162,7 @@ def response(
     channels: Mapping[str, str] | None = None,
     channel_units: Mapping[str, str] | None = None,
     speed: Number | None = None,
+    lowest: Number | None = None,
     up_to: Number | None = None,
     estimator: Estimator = "H1",
     segment: Number | None = None,
@@ -196,6 +200,9 @@ def response(
     speed
         Spin speed (rad/s), or a string with its unit; by default the speed of the scenario, or 0 if there is no
         machine.
+    lowest
+        Lowest frequency (Hz), or a string with its unit; by default that of the measurement, or 1 Hz without a
+        measurement.
     up_to
         Highest frequency (Hz), or a string with its unit; by default that of the measurement, the highest that a hammer
         excites, or 1 kHz without a measurement.
@@ -221,12 +228,12 @@ def response(
     '0.00011 m/N at 1 Hz'
     """
     loop = loop or ("free" if scenario is None and rotor is not None else "closed")
-    highest = None if up_to is None else positive(up_to, "Hz", "up-to")
+    ends = frequency_range(lowest, up_to)
     curves: Sequence[FrequencyResponse] = ()
     of_data: tuple[str, ...] = ()
     if measured is not None:
         estimation = Estimation(estimator, segment, window, exponential_window)
-        content = measured_content(measured, channels, channel_units, inputs, outputs, up_to, estimation)
+        content = measured_content(measured, channels, channel_units, inputs, outputs, ends, estimation)
         curves, of_data = content.responses, content.warnings
         if not curves:
             raise ValueError("the measurement lists only modes; there is no response to compare")
@@ -234,9 +241,9 @@ def response(
     levitated = controlled(scenario, rotor, controller) if scenario is not None or is_machine else None
     described = load_rotor(rotor if levitated is None else levitated.rotor)
     if measured is None:
-        curves = _requested(inputs, outputs, highest or HIGHEST)
-    ends = [(_place(c.input, described, True), _place(c.output, described, False)) for c in curves]
-    refined_rotor = refined(described, [place for pair in ends for place in pair])
+        curves = _requested(inputs, outputs, ends)
+    places = [(_place(c.input, described, True), _place(c.output, described, False)) for c in curves]
+    refined_rotor = refined(described, [place for pair in places for place in pair])
     machine = None
     if levitated is not None and is_machine:
         prepared = prepare_run(levitated.machine(rotor=refined_rotor), set, options=RunOptions(flavour=flavour))
@@ -247,8 +254,8 @@ def response(
         machine.loop.check_stable([Omega])
     structure = Structure(refined_rotor, loop, Omega, machine)
     if measured is None:
-        curves = _closer(structure, curves, ends)
-    values = computed_values(structure, curves, ends)
+        curves = _closer(structure, curves, places)
+    values = computed_values(structure, curves, places)
     result = laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
     warnings = implausible_sizes(described) if machine is None else machine.prepared.warnings
     return replace(result, warnings=(*of_data, *result.warnings, *warnings))
@@ -272,7 +279,7 @@ def laid_over(
         plain = {n: ComputedResponse(c.unit, c.frequencies, v) for n, c, v in zip(names, curves, values, strict=True)}
         return FrequencyResponses(rotor, loop, Omega, plain, ())
     responses = {
-        name: ComputedResponse(c.unit, c.frequencies, v, c.values, c.coherence, curve_deviation(c.values, v))
+        name: ComputedResponse(c.unit, c.frequencies, v, c.values, c.coherence, curve_deviation(c, v))
         for name, c, v in zip(names, curves, values, strict=True)
     }
     modes: list[ModeDeviation] = []
@@ -358,10 +365,12 @@ def measured_content(
     channel_units: Mapping[str, str] | None,
     inputs: Sequence[str],
     outputs: Sequence[str],
-    up_to: Number | None,
+    ends: tuple[float | None, float | None],
     estimation: Estimation,
 ) -> Measurement:
-    """Return a measurement that contains the chosen responses; the arguments are those of `response`.
+    """Return a measurement that contains the chosen responses between two frequencies (Hz).
+
+    The other arguments are those of `response`.
 
     Raises
     ------
@@ -380,11 +389,11 @@ def measured_content(
     if not content.responses:
         return content
     excited = content.responses[0].estimate.highest if content.responses[0].estimate else None
-    highest = excited if up_to is None else positive(up_to, "Hz", "up-to")
+    lowest, highest = ends[0] or 0.0, ends[1] or excited or np.inf
     names = channels or {}
     requested = [{names.get(name, name) for name in map(_bare, ends)} for ends in (inputs, outputs)]
     chosen = [
-        item if highest is None else item.between(0.0, highest)
+        item.between(lowest, highest)
         for item in content.responses
         if all(not ends or c.name in ends for ends, c in zip(requested, (item.input, item.output), strict=True))
     ]
@@ -398,12 +407,31 @@ def measured_content(
     return replace(content, responses=tuple(sorted(chosen, key=lambda item: item.frequencies.tobytes())))
 
 
-def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) -> list[FrequencyResponse]:
-    """Return a response from each input to each output, without values."""
+def frequency_range(lowest: Number | None, up_to: Number | None) -> tuple[float | None, float | None]:
+    """Return two frequencies (Hz), None where the arguments are None.
+
+    Raises
+    ------
+    ValueError
+        If a frequency is not positive, or the first one is not below the second one.
+    """
+    low, high = (
+        None if raw is None else positive(raw, "Hz", name) for raw, name in ((lowest, "from"), (up_to, "up-to"))
+    )
+    if low is not None and high is not None:
+        require(low < high, "from", f"{low:g} Hz", f"< {high:g} Hz, the highest frequency")
+    return low, high
+
+
+def _requested(
+    inputs: Sequence[str], outputs: Sequence[str], ends: tuple[float | None, float | None]
+) -> list[FrequencyResponse]:
+    """Return a response from each input to each output, without values, between two frequencies (Hz)."""
     missing = [name for name, ends in (("inputs (--input)", inputs), ("outputs (--response)", outputs)) if not ends]
     if missing:
         raise ValueError(f"{' and '.join(missing)} are missing; without a measurement, name at least one of each")
-    frequencies = np.geomspace(min(LOWEST, 0.5 * highest), highest, POINTS)
+    highest = ends[1] or max(HIGHEST, 2.0 * (ends[0] or 0.0))
+    frequencies = np.geomspace(ends[0] or min(LOWEST, 0.5 * highest), highest, POINTS)
     empty = np.zeros(POINTS, dtype=np.complex128)
     return [
         FrequencyResponse(_channel(output, "m"), _channel(source, "N"), frequencies, empty)

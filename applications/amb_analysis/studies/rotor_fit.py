@@ -25,6 +25,7 @@ from amb_analysis.studies.frequency_responses import (
     Estimation,
     FrequencyResponses,
     computed_values,
+    frequency_range,
     laid_over,
     measured_content,
 )
@@ -110,6 +111,7 @@ def fit(
     channels: Mapping[str, str] | None = None,
     channel_units: Mapping[str, str] | None = None,
     speed: Number | None = None,
+    lowest: Number | None = None,
     up_to: Number | None = None,
     estimator: Estimator = "H1",
     segment: Number | None = None,
@@ -140,7 +142,7 @@ def fit(
         `damping.modal.1`. All matches of a pattern such as `amb_actuator.left.k_i_measured_?` share one value.
     loop
         As for `response`: `closed` by default if there is a scenario, otherwise `free`.
-    inputs, outputs, channels, channel_units, up_to, estimator, segment, window, exponential_window
+    inputs, outputs, channels, channel_units, lowest, up_to, estimator, segment, window, exponential_window
         As for `response`.
     speed
         Spin speed (rad/s), or a string with its unit; by default the speed of the scenario, or 0 without a scenario.
@@ -159,7 +161,8 @@ def fit(
     files = scenario, rotor, controller
     subject = FittedMachine.load(files, loop, speed, free_bounds(free), set or {}, flavour)
     estimation = Estimation(estimator, segment, window, exponential_window)
-    content = measured_content(measured, channels, channel_units, inputs, outputs, up_to, estimation)
+    ends = frequency_range(lowest, up_to)
+    content = measured_content(measured, channels, channel_units, inputs, outputs, ends, estimation)
     curves = [thinned(curve) for curve in resolved(content.responses)]
     if not curves and content.modes is None:
         raise ValueError("the measurement contains neither a response nor a mode to fit")

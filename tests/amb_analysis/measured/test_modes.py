@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from amb_analysis.measured.deviation import assurance, curve_deviation, mode_deviations
+from amb_analysis.measured.deviation import assurance, curve_deviation, mode_deviations, octaves
 from amb_analysis.measured.modal_fit import FittedMode, fitted_modes
 from amb_analysis.measured.records import Channel, FrequencyResponse
 from tests.support.messages import raises_naming
@@ -58,10 +58,37 @@ def test_responses_with_other_frequencies_are_refused():
 
 
 def test_shapes_that_differ_by_a_factor_do_not_deviate():
-    a = responses()[1].values
-    assert curve_deviation(a, (3 - 4j) * a).frac == pytest.approx(1.0)
-    assert curve_deviation(a, (3 - 4j) * a).decibel == pytest.approx(20 * np.log10(5.0))
-    assert curve_deviation(a, a).decibel == pytest.approx(0.0, abs=1e-12)
+    curve = responses()[1]
+    a = curve.values
+    assert curve_deviation(curve, (3 - 4j) * a).frac == pytest.approx(1.0)
+    assert curve_deviation(curve, (3 - 4j) * a).decibel == pytest.approx(20 * np.log10(5.0))
+    assert curve_deviation(curve, a).decibel == pytest.approx(0.0, abs=1e-12)
+
+
+def free_beam(unit, stiffness=1.0):
+    """A free rotor: a rigid part 1/(m s^2) and two bending modes, from 1 Hz to 1 kHz."""
+    f = np.arange(1.0, 1000.0)
+    s, root = 2j * np.pi * f, np.sqrt(stiffness)
+    H = 1 / s**2 + sum(1 / (s**2 + 2 * 0.004 * w * s + w**2) for w in (2 * np.pi * root * np.array([300.0, 700.0])))
+    return FrequencyResponse(Channel("end.x", unit), FORCE, f, s ** {"m": 0, "m/s": 1, "m/s2": 2}[unit] * H)
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 1.5])
+def test_frac_of_a_free_rotor_does_not_depend_on_the_unit_and_shows_a_wrong_modulus(stiffness):
+    """In m/N the first lines decided alone, and half the modulus had a FRAC of 1.000."""
+    found = [curve_deviation(free_beam(u), free_beam(u, stiffness).values) for u in ("m", "m/s", "m/s2")]
+    assert [d.frac for d in found] == pytest.approx([found[0].frac] * 3, rel=1e-9)
+    assert found[0].frac < 0.4  # a quarter of the lines are below the modes
+    assert found[0].least < 0.05
+    assert 128.0 <= found[0].band[0] < found[0].band[1] < 1000.0
+
+
+def test_octaves_contain_all_lines_once():
+    f = np.r_[np.arange(0.5, 40.0, 0.5), np.geomspace(40.0, 3000.0, 30)]
+    bands = octaves(f)
+    assert [k for band in bands for k in range(len(f))[band]] == list(range(len(f)))
+    assert min(band.stop - band.start for band in bands) >= 8
+    assert octaves(f[:3]) == [slice(0, 3)]
 
 
 def test_modes_are_paired_by_shape():

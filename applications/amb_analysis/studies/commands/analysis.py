@@ -266,6 +266,7 @@ add_study(
     *MACHINE,
     *MEASURED,
     click.option("--speed", type=SPEED, help="Spin speed; default: the scenario's, 0 for a rotor."),
+    click.option("--from", "lowest", type=FREQUENCY, help="Lowest frequency; default: as measured, or 1 Hz."),
     click.option("--up-to", type=FREQUENCY, help="Highest frequency; default: as measured, or 1 kHz."),
     *RUN,
 )
@@ -277,6 +278,7 @@ add_study(
         "--free", multiple=True, metavar="NAME=LO:HI", help="Parameter with bounds: bodies.fan.mass=3:5; repeatable."
     ),
     click.option("--speed", type=SPEED, help="Spin speed; default: the scenario's, 0 for a rotor."),
+    click.option("--from", "lowest", type=FREQUENCY, help="Lowest frequency; default: as measured."),
     click.option("--up-to", type=FREQUENCY, help="Highest frequency; default: as measured."),
     *RUN,
 )
