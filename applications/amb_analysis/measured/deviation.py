@@ -48,10 +48,10 @@ class CurveDeviation:
 
 @dataclass(frozen=True)
 class ModeDeviation:
-    """A measured mode and the computed mode paired with it.
+    """A measured mode and the computed mode paired with it, or one of them alone.
 
     measured, computed
-        Frequencies (Hz); the computed one is None if no computed mode is paired.
+        Frequencies (Hz); one of them is None if no mode within 20 % matches the other.
     percent
         Relative deviation of the computed from the measured frequency (%).
     measured_damping, computed_damping
@@ -60,7 +60,7 @@ class ModeDeviation:
         MAC by (2); None if there is only one response.
     """
 
-    measured: Annotated[float, "Hz"]
+    measured: Annotated[float | None, "Hz"]
     computed: Annotated[float | None, "Hz"]
     percent: Annotated[float | None, "%"]
     measured_damping: float | None
@@ -99,12 +99,10 @@ def assurance(a: Complex, b: Complex) -> float:
 
 
 def mode_deviations(measured: Sequence[FittedMode], computed: Sequence[FittedMode]) -> tuple[ModeDeviation, ...]:
-    """Return each measured mode with the computed mode nearest in frequency and shape; no computed mode is used twice.
+    """Return each measured mode with the computed mode nearest in frequency and shape, and computed modes without one.
 
-    Shapes are compared if both modes have at least two responses.
+    No computed mode is used twice. Shapes are compared if both modes have at least two responses.
     """
-    if not measured:
-        return ()
     cost = np.full((len(measured), len(computed) + len(measured)), 2.0 * FARTHEST + 1.0)
     for i, m in enumerate(measured):
         for j, c in enumerate(computed):
@@ -112,10 +110,10 @@ def mode_deviations(measured: Sequence[FittedMode], computed: Sequence[FittedMod
             if off <= FARTHEST:
                 cost[i, j] = off + FARTHEST * (1.0 - (_mac(m, c) or 0.0))
     rows, columns = linear_sum_assignment(cost)
-    return tuple(
-        _pair(measured[i], computed[j] if j < len(computed) and cost[i, j] <= 2.0 * FARTHEST else None)
-        for i, j in zip(rows, columns, strict=True)
-    )
+    pairs = {i: j for i, j in zip(rows, columns, strict=True) if j < len(computed) and cost[i, j] <= 2.0 * FARTHEST}
+    matched = [_pair(m, computed[pairs[i]] if i in pairs else None) for i, m in enumerate(measured)]
+    lone = [c for j, c in enumerate(computed) if j not in pairs.values()]
+    return (*matched, *(ModeDeviation(None, c.frequency, None, None, c.damping_ratio, None) for c in lone))
 
 
 def _mac(m: FittedMode, c: FittedMode) -> float | None:

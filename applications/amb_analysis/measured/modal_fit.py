@@ -32,6 +32,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import find_peaks
+from scipy.stats import gamma
 
 from amb_analysis.measured.records import FrequencyResponse
 from array_types import Array, Complex, Indices
@@ -54,6 +55,8 @@ OF_WINDOW = 0.1  # decay of a vibration over that of the window, below which (3)
 CLEAR = 30.0  # power of a peak over the median, which noise does not reach in 1e8 lines
 WELL = 0.2  # relative error of a fit, below which a peak is one of a pole
 EXACTLY = 0.1  # relative error of a fit, above which a peak narrower than a line may be noise
+SURROUNDINGS, OWN_LINES, LEAST_SURROUNDINGS = 40, 3, 10  # lines on each side of a peak; its own; fewest for the noise
+BY_CHANCE = 1e-8  # probability that noise has such a peak
 SPIKE = 0.5  # lines of width, below which it may be one of a disturbance, such as the mains
 AROUND = 5  # lines on each side of a peak, whose coherence is averaged: that of a narrow peak is low at its top
 LEAST_COHERENCE = 0.5  # about a peak, below which it is noise: mean of the responses
@@ -121,6 +124,8 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
                 continue
             if width < 1.0 and mode.error > EXACTLY:
                 continue
+            if not _is_within(frequencies, mode) or not _stands_out(responses, H, regions[0], int(peak), mode):
+                continue
             result.append(replace(mode, lines=width, is_resolved=width >= enough, height=float(power[peak])))
     heavy = _heavily_damped(responses, frequencies, H, result)
     modes = (_without_window(mode, responses[0].decay) for mode in (*result, *heavy))
@@ -162,11 +167,51 @@ def _heavily_damped(
         return ()
     poles = np.array([_pole(mode) for mode in light], np.complex128)
     polynomial = _error(frequencies, H, poles)
-    modes = [mode for mode in _fit(frequencies, H, 2, poles) if HEAVY[0] <= mode.damping_ratio <= HEAVY[1]]
+    modes = [
+        mode
+        for mode in _fit(frequencies, H, 2, poles)
+        if HEAVY[0] <= mode.damping_ratio <= HEAVY[1] and _lines_within(frequencies, mode) >= LEAST_LINES
+    ]
     if len(modes) != 1 or polynomial < SMOOTH or modes[0].error > min(WELL, polynomial / float(np.sqrt(BETTER))):
         return ()
     width = 2.0 * modes[0].damping_ratio * modes[0].frequency
     return (replace(modes[0], lines=width / float(np.diff(frequencies).max())),)
+
+
+def _is_within(frequencies: Array, mode: FittedMode) -> bool:
+    """Return whether the lines contain the half-power width of a mode, so that it is not at their edge."""
+    half = mode.damping_ratio * mode.frequency
+    return bool(frequencies[0] <= mode.frequency - half and mode.frequency + half <= frequencies[-1])
+
+
+def _lines_within(frequencies: Array, mode: FittedMode) -> int:
+    """Return the number of lines within the half-power width of a mode; 0 if the mode is at the edge of the lines."""
+    if not _is_within(frequencies, mode):
+        return 0
+    return int(np.sum(np.abs(frequencies - mode.frequency) <= mode.damping_ratio * mode.frequency))
+
+
+def _stands_out(responses: Sequence[FrequencyResponse], H: Complex, region: slice, peak: int, mode: FittedMode) -> bool:
+    """Return whether the noise around a peak is too small to cause it.
+
+    The second differences d of neighbouring lines contain mostly noise; if its variance is sigma^2, the median of |d|^2
+    is 6 sigma^2 ln(2). Let r_c be the residue of a response. If it was noise, sum |r_c/(s - lambda)|^2/sigma_c^2 over
+    the lines of the peak and the responses would have a gamma distribution. An exponential window makes neighbouring
+    lines alike, so that the lines of the differences are further apart.
+    """
+    frequencies = responses[0].frequencies
+    spacing = float(np.gradient(frequencies)[peak])
+    lag = 1 + int(np.ceil(responses[0].decay / (np.pi * spacing)))
+    reach = np.arange(max(peak - lag * SURROUNDINGS, lag), min(peak + lag * SURROUNDINGS, len(frequencies) - lag))
+    reach = reach[np.abs(reach - peak) > lag * OWN_LINES]
+    if len(reach) < LEAST_SURROUNDINGS:
+        return True
+    squares = np.abs(H[:, reach - lag] - 2.0 * H[:, reach] + H[:, reach + lag]) ** 2
+    variances = np.median(squares, axis=1) / (6.0 * np.log(2.0))
+    distances = np.abs(1j * frequencies[region] - _pole(mode)) * 2.0 * np.pi
+    parts = np.abs(mode.shape) ** 2 * float(np.sum(distances**-2.0))
+    ratio = float(np.sum(parts / np.maximum(variances, np.finfo(float).tiny)))
+    return ratio > float(gamma.isf(BY_CHANCE, len(H)))
 
 
 def _pole(mode: FittedMode) -> complex:

@@ -83,7 +83,8 @@ class FrequencyResponses(WarnedResult, DrawnResult):
     responses
         Responses by name, `output/input`.
     modes
-        Modes of the measured responses, each with the matching computed mode; empty if there is no measurement.
+        Modes of the measured responses, each with the matching computed mode, and computed modes that match none; empty
+        if there is no measurement.
     estimate
         How the measured responses were estimated from a record; None if the file contains responses.
     exponential_window
@@ -125,7 +126,8 @@ class FrequencyResponses(WarnedResult, DrawnResult):
             ratios = (number(mode.measured_damping), number(mode.computed_damping))
             percent = "-" if mode.percent is None else f"{mode.percent:+z.2f}"
             mac = "-" if mode.mac is None else f"{mode.mac:.3f}"
-            modes.add_row(f"{mode.measured:.2f}", number(mode.computed), percent, *ratios, mac)
+            hertz = "-" if mode.measured is None else f"{mode.measured:.2f}"
+            modes.add_row(hertz, number(mode.computed), percent, *ratios, mac)
         columns = ("response", "unit", "FRAC", "least in an octave", "rms (dB)", "coherence")
         curves = text_table(f"{title}responses", columns, left=("response", "unit"))
         for name, item in self.responses.items():
@@ -300,7 +302,7 @@ def laid_over(
             warnings.append(f"{cause}: no mode is compared")
         computed = [replace(c, values=v, coherence=None, resolution=None, estimate=None) for c, v in pairs]
         modes += mode_deviations(found, fitted_modes(computed))
-    ascending = tuple(sorted(modes, key=lambda mode: mode.measured))
+    ascending = tuple(sorted(modes, key=lambda mode: mode.measured or mode.computed or 0.0))
     tau = 1.0 / curves[0].decay if curves[0].decay else None
     return FrequencyResponses(
         rotor, loop, Omega, responses, ascending, curves[0].estimate, tau, warnings=tuple(dict.fromkeys(warnings))

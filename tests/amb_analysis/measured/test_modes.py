@@ -105,6 +105,49 @@ def test_a_mode_without_counterpart_stays_unpaired():
     assert (pair.computed, pair.measured_damping, pair.mac) == (101.0, None, None)
 
 
+def test_a_computed_mode_that_no_measured_one_matches_is_listed():
+    """A mode more than 20 % off was not, as if the model had none."""
+    measured = [FittedMode(100.0, 0.01, np.ones(1, complex))]
+    computed = [FittedMode(hertz, 0.02, np.ones(1, complex)) for hertz in (99.0, 125.0)]
+    pair, far = mode_deviations(measured, computed)
+    assert (pair.measured, pair.computed) == (100.0, 99.0)
+    assert (far.measured, far.computed, far.percent, far.computed_damping) == (None, 125.0, None, 0.02)
+    (lone,) = mode_deviations([], computed[:1])
+    assert (lone.measured, lone.computed) == (None, 99.0)
+
+
+def integrated(seed, noise=0.05, modes=((600.0, 0.03),)):
+    """Receptances of an accelerometer, whose noise is divided by omega^2."""
+    rng, f = np.random.default_rng(seed), np.arange(1.0, 1001.0)
+    w = 2 * np.pi * f
+    H = sum(1 / ((2 * np.pi * hertz) ** 2 - w**2 + 2j * zeta * 2 * np.pi * hertz * w) for hertz, zeta in modes)
+    N = noise * (rng.standard_normal(len(f)) + 1j * rng.standard_normal(len(f))) / w**2
+    return FrequencyResponse(Channel("fan.x", "m"), FORCE, f, H + N)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_of_an_integrated_accelerometer_has_no_modes(seed):
+    """There were 17 modes below 450 Hz, one of them at 3.5 Hz with a damping ratio of 0.18."""
+    (mode,) = fitted_modes([integrated(seed)])
+    assert mode.frequency == pytest.approx(600.0, rel=2e-3)
+    assert mode.damping_ratio == pytest.approx(0.03, rel=0.05)
+    assert fitted_modes([integrated(seed, modes=())]) == ()
+
+
+@pytest.mark.parametrize("zeta", [2e-4, 1e-3, 0.01])
+def test_light_modes_are_found_in_that_noise(zeta):
+    """The first one is a fifth of a line wide."""
+    found = [mode.frequency for mode in fitted_modes([integrated(1, 0.01, ((300.3, zeta), (800.2, zeta)))])]
+    assert found == pytest.approx([300.3, 800.2], rel=1e-3)
+
+
+def test_modes_at_the_edge_of_the_lines_are_not_listed():
+    f = np.arange(100.0, 400.0)
+    s, w = 2j * np.pi * f, 2 * np.pi * 103.0
+    curve = FrequencyResponse(Channel("fan.x", "m"), FORCE, f, 1 / (s**2 + 0.1 * w * s + w**2))
+    assert all(mode.frequency - mode.damping_ratio * mode.frequency >= 100.0 for mode in fitted_modes([curve]))
+
+
 NEAR = np.arange(50.0, 200.0, 0.25)
 
 
