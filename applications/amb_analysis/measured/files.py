@@ -56,7 +56,7 @@ def read_measured(
     path = Path(path)
     try:
         stated = StatedUnits(units or {})
-        content = _content(path, stated, (*inputs, *(names or {})))
+        content = _content(path, stated, inputs, names or {})
         stated.check()
         if isinstance(content, TimeRecord):
             warnings = (content.warning,) if content.warning else ()
@@ -67,14 +67,16 @@ def read_measured(
         raise ValueError(f"measured data {path}: {error}") from error
 
 
-def _content(path: Path, units: StatedUnits, needed: Sequence[str]) -> Measurement | TimeRecord:
+def _content(
+    path: Path, units: StatedUnits, inputs: Sequence[str], names: Mapping[str, str]
+) -> Measurement | TimeRecord:
     if path.is_dir() or path.suffix == ".nc":
-        return read_run(path, needed)
+        return read_run(path, (*inputs, *names))
     if not path.is_file():
         raise ValueError("there is no such file")
     suffix = path.suffix.lower()
     if suffix in UFF:
-        return read_uff(path, units)
+        return read_uff(path, units, names)
     if suffix in ARRAYS:
         return read_array_data(path, units)
     if suffix in TABLES:

@@ -147,6 +147,27 @@ def is_masked(mode: FittedMode, added: float) -> bool:
     return bool(-2.0 * np.pi * _pole(mode).real < OF_WINDOW * added)
 
 
+def doubtful_modes(responses: Sequence[FrequencyResponse]) -> tuple[tuple[float, float], ...]:
+    """Return frequency (Hz) and mean coherence of the modes that are not listed only because of their coherence.
+
+    Parameters
+    ----------
+    responses
+        As for `fitted_modes`.
+    """
+    if all(item.coherence is None for item in responses):
+        return ()
+    found = [mode.frequency for mode in fitted_modes(responses)]
+    f = responses[0].frequencies
+    others = [
+        int(np.argmin(np.abs(f - mode.frequency)))
+        for mode in fitted_modes([replace(item, coherence=None) for item in responses])
+        if not any(abs(mode.frequency - other) <= mode.damping_ratio * other for other in found)
+    ]
+    means = _coherences(responses, np.array(others, np.intp))
+    return tuple((float(f[k]), float(mean)) for k, mean in zip(others, means, strict=True) if mean < CERTAIN)
+
+
 def _heavily_damped(
     responses: Sequence[FrequencyResponse], frequencies: Array, H: Complex, light: Sequence[FittedMode]
 ) -> tuple[FittedMode, ...]:

@@ -233,7 +233,7 @@ class TimeRecord:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Content of a file: frequency responses, modes if the file lists them, and what the data do not show."""
+    """Content of a file: responses, modes if it lists them, and what the data do not show or what was not used."""
 
     responses: tuple[FrequencyResponse, ...] = ()
     modes: Modes | None = None

@@ -1,7 +1,8 @@
 """Measured data in Universal File Format, read by pyuff: functions at nodes (sets 58 and 58b) and modes (set 55).
 
 A channel is named by its node and direction, for example `3.x`. Data in direction -x are read as data along x with the
-opposite sign.
+opposite sign. Instruments without geometry write node 0 for every point. Functions of node 0 whose lines of text differ
+are different points, which are numbered, for example `0 (1)` and `0 (2)`; those whose lines agree are repetitions.
 
 Units are taken from the axis labels. If there is no label, the numbers are divided by the factors of the preceding set
 164 or, if no set 164 precedes them, of the first set 164 in the file,
@@ -20,7 +21,7 @@ Cincinnati.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,9 @@ SI_BY_TYPE = {8: ("m", LENGTH), 11: ("m/s", LENGTH), 12: ("m/s2", LENGTH), 9: ("
 ABSCISSAS = {"s": {0: "s", 1: "s", 17: "s"}, "Hz": {0: "Hz", 1: "Hz", 18: "Hz", 19: "rpm"}}  # units by type of data
 RPM = 19
 NO_LABEL = ("", "NONE")
+TEXTS = ("id1", "id2", "id4", "id5")  # lines of text of a function, without its date
+NO_REFERENCE = ("", 0, 0)  # name, node and direction of the input of a coherence with all inputs
+MOST_LISTED = 6  # points without a place
 MOST_FILLING = 5  # zeros at the end of a line of six numbers
 BYTE_ORDERS, IEEE = (1, 2), 2  # of binary sets: little and big endian; formats 1 and 3 are of VAX and IBM
 WIDEST = 1e60  # largest over smallest magnitude of a set's numbers: of a wrong byte order they are random
@@ -60,7 +64,7 @@ SAME_DAMPING = 0.1  # relative difference between a damping ratio and half of a 
 Set = Mapping[str, Any]
 
 
-def read_uff(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
+def read_uff(path: Path, units: StatedUnits, places: Container[str] = ()) -> Measurement | TimeRecord:
     """Return the frequency responses with coherence and the modes of a file, or its time record.
 
     Parameters
@@ -70,15 +74,20 @@ def read_uff(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
     units
         Units that the user states for `frequency`, `time`, a response such as `3.x/7.x`, or a channel of a record such
         as `3.x`.
+    places
+        Names of the channels whose place the user states, such as `0 (1)`.
 
     Raises
     ------
     ValueError
-        If the file cannot be read, if pyuff is not installed, or if a unit, direction or damping is not allowed.
+        If the file cannot be read, if pyuff is not installed, if a unit, direction or damping is not allowed, or if the
+        place of a numbered point is not stated.
     """
     require_extra("measured", "a UFF file", "pyuff")
     try:
-        return _content(_sets(path), units)
+        sets = _sets(path)
+        _number_points([item for item in sets if item["type"] == 58], places)
+        return _content(sets, units)
     except ValueError:
         raise
     except Exception as error:  # pyuff raises plain exceptions, and leaves out what it cannot read
@@ -87,9 +96,9 @@ def read_uff(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
 
 def _content(sets: Sequence[Set], units: StatedUnits) -> Measurement | TimeRecord:
     functions = [item for item in sets if item["type"] == 58]
-    responses = _responses(functions, units)
+    responses, warnings = _responses(functions, units)
     if responses:
-        return Measurement(responses, _modes(sets))
+        return Measurement(responses, _modes(sets), warnings)
     record = [item for item in functions if item["func_type"] == TIME]
     if record:
         return _record(record, units)
@@ -159,27 +168,76 @@ def _factors(item: Set) -> dict[str, float]:
     return factors
 
 
-def _responses(functions: Sequence[Set], units: StatedUnits) -> tuple[FrequencyResponse, ...]:
+def _number_points(functions: Sequence[dict[str, Any]], places: Container[str]) -> None:
+    """Add a `point` to each function of node 0 without a name, if their lines of text differ.
+
+    The date is left out of the comparison, because it also differs between repetitions. A coherence has other texts
+    than its response, so that its point is known only if there is one for each response.
+    """
+    groups: dict[tuple[Any, ...], dict[tuple[str, ...], list[dict[str, Any]]]] = defaultdict(dict)
+    for item in functions:
+        if not int(item["rsp_node"]) and not _entity(item, "rsp"):
+            texts = tuple(str(item.get(line, "")).strip() for line in TEXTS)
+            key = tuple(item[name] for name in ("func_type", "rsp_dir", "ref_node", "ref_dir"))
+            groups[key].setdefault(texts, []).append(item)
+    lacking: dict[str, str] = {}
+    for (kind, *ends), points in groups.items():
+        if kind == COHERENCE and len(points) != len(groups.get((RESPONSE, *ends), ())):
+            continue
+        for number, (texts, items) in enumerate(points.items(), 1):
+            for item in items if len(points) > 1 else ():
+                item["point"] = number
+                if (name := _name(item, "rsp")[0]) not in places:
+                    others = [set(column) for column in zip(*points, strict=True)]
+                    text = next(text for text, other in zip(texts, others, strict=True) if len(other) > 1)
+                    lacking.setdefault(name, text)
+    if lacking:
+        listed = ", ".join(f"{name} {text!r}" for name, text in [*lacking.items()][:MOST_LISTED])
+        first = next(iter(lacking))
+        raise ValueError(
+            f"{len(lacking)} points have node 0 and no name: {listed}{', ...' if len(lacking) > MOST_LISTED else ''}; "
+            f"state the place of each, for example --channel '{first}=0.1 m.x'"
+        )
+
+
+def _responses(functions: Sequence[Set], units: StatedUnits) -> tuple[tuple[FrequencyResponse, ...], tuple[str, ...]]:
+    """Return the responses with their coherence, and a sentence about coherence that belongs to no response."""
     measured, coherences = (
         _by_ends(item for item in functions if item["func_type"] == kind) for kind in (RESPONSE, COHERENCE)
     )
-    result = {}
+    result, used = {}, set[int]()
     for ends, items in measured.items():
-        partners = coherences.get(ends, [])
+        partners = coherences.get(ends) or coherences.get((*ends[:3], *NO_REFERENCE), [])
         for k, item in enumerate(items):
             partner = partners[k] if len(partners) == len(items) else None
             result[id(item)] = _response(item, partner, units)
-    return tuple(result[id(item)] for item in functions if id(item) in result)
+            if result[id(item)].coherence is not None:
+                used.add(id(partner))
+    unused = [item for item in functions if item["func_type"] == COHERENCE and id(item) not in used]
+    names = ", ".join(dict.fromkeys(f"{_name(item, 'rsp')[0]}/{_name(item, 'ref')[0]}" for item in unused))
+    warnings = (
+        (f"the coherence of {names} is not used, because its places or frequencies are those of no response",)
+        if unused and result
+        else ()
+    )
+    return tuple(result[id(item)] for item in functions if id(item) in result), warnings
 
 
 def _by_ends(functions: Any) -> dict[tuple[Any, ...], list[Set]]:
     """Return a list of functions for each output and input; it has several items if the measurement was repeated."""
     result: dict[tuple[Any, ...], list[Set]] = defaultdict(list)
     for item in functions:
-        names = (str(item[f"{end}_ent_name"]).strip() for end in ("rsp", "ref"))
-        places = (abs(int(item[key])) for key in ("rsp_node", "rsp_dir", "ref_node", "ref_dir"))
-        result[(*names, *places)].append(item)
+        output, source = (
+            (_entity(item, end), abs(int(item[f"{end}_node"])), abs(int(item[f"{end}_dir"]))) for end in ("rsp", "ref")
+        )
+        result[(f"{output[0]} {item.get('point', '')}", *output[1:], *source)].append(item)
     return result
+
+
+def _entity(item: Set, end: str) -> str:
+    """Return the name of a place; an empty text if there is none."""
+    entity = str(item[f"{end}_ent_name"]).strip()
+    return "" if entity in NO_LABEL else entity
 
 
 def _response(item: Set, partner: Set | None, units: StatedUnits) -> FrequencyResponse:
@@ -283,13 +341,14 @@ def _abscissa(item: Set, name: str, target: str, units: StatedUnits) -> Array:
 
 def _name(item: Set, end: str) -> tuple[str, float]:
     direction = int(item[f"{end}_dir"])
-    entity, node = str(item[f"{end}_ent_name"]).strip(), int(item[f"{end}_node"])
-    place = entity if not node and entity not in NO_LABEL else str(node)
+    entity, node = _entity(item, end), int(item[f"{end}_node"])
+    place = entity if not node and entity else str(node)
+    point = f" ({item['point']})" if end == "rsp" and "point" in item else ""
     if direction == 0:
-        return place, 1.0
+        return f"{place}{point}", 1.0
     if abs(direction) not in DIRECTIONS:
         raise ValueError(f"direction {direction} at node {node} is not allowed; rotational channels are not supported")
-    return f"{place}.{DIRECTIONS[abs(direction)]}", float(np.sign(direction))
+    return f"{place}.{DIRECTIONS[abs(direction)]}{point}", float(np.sign(direction))
 
 
 def _record(functions: Sequence[Set], units: StatedUnits) -> TimeRecord:

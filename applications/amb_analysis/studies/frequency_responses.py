@@ -18,7 +18,7 @@ from amb_analysis.measured.convention import contradictions
 from amb_analysis.measured.deviation import CurveDeviation, ModeDeviation, curve_deviation, mode_deviations
 from amb_analysis.measured.estimates import Estimator
 from amb_analysis.measured.files import read_measured
-from amb_analysis.measured.modal_fit import FittedMode, fitted_modes, is_masked, peak_frequencies
+from amb_analysis.measured.modal_fit import FittedMode, doubtful_modes, fitted_modes, is_masked, peak_frequencies
 from amb_analysis.measured.quality import estimate_warnings, listed, median_coherence
 from amb_analysis.measured.records import Channel, Estimate, FrequencyResponse, Measurement
 from amb_analysis.measured.units import si_channel
@@ -292,6 +292,12 @@ def laid_over(
         measured = [c for c, _ in pairs]
         found = fitted_modes(measured)
         warnings += unresolved([mode for mode in found if not mode.is_resolved], measured[0].decay)
+        if dropped := doubtful_modes(measured):
+            low, high = min(gamma for _, gamma in dropped), max(gamma for _, gamma in dropped)
+            warnings.append(
+                f"the peaks at {listed([f'{hertz:.4g}' for hertz, _ in dropped])} Hz are not listed as modes, because "
+                f"the coherence around them is only {low:.2f} to {high:.2f}"
+            )
         if not found and not contradicted:
             at = listed([f"{peak:.4g}" for peak in peak_frequencies(measured)])
             cause = (

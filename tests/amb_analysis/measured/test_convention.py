@@ -175,6 +175,17 @@ def test_noise_at_uncertain_coherence_has_no_modes():
     assert noise <= 2
 
 
+def test_peaks_that_their_coherence_leaves_out_are_named():
+    """A rig's authors saw seven modes of which two were listed, without a word about the others."""
+    exact = response(zeta=0.01)
+    curve = replace(exact, coherence=np.where(F < 100.0, 0.999, 0.4))
+    assert [round(mode.frequency) for mode in fitted_modes([curve])] == [62]
+    result = laid_over("fan", "free", 0.0, [curve], [exact.values])
+    (warning,) = (text for text in result.warnings if "not listed" in text)
+    assert_names(warning, "151", "0.40")
+    assert not any("not listed" in text for text in laid_over("fan", "free", 0.0, [exact], [exact.values]).warnings)
+
+
 def test_modes_without_resolved_damping_share_a_warning():
     curve = replace(response(zeta=1e-4), resolution=0.5)
     result = laid_over("fan", "free", 0.0, [curve], [response().values])

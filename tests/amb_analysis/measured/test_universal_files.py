@@ -173,6 +173,72 @@ def test_repeated_responses_have_their_own_coherence(written):
         np.testing.assert_allclose(curve.coherence, gamma)
 
 
+def at_node_0(data, number, date="01-Jan-20", **values):
+    nodes = {"rsp_node": 0, "rsp_dir": 0, "ref_node": 0, "ref_dir": 0, "id1": "test", "id3": date}
+    return function(data, ACCELERATION, ("", ""), **{**nodes, "id5": f"H1 : # {number} / # 1", **values})
+
+
+def test_functions_of_node_0_with_other_texts_are_other_points(written):
+    """They were repetitions of one point, so that MAC compared one shape with itself."""
+    sets = [at_node_0(scale * H, k + 2) for k, scale in enumerate((1.0, -0.5, 0.2))]
+    path = written(*sets, at_node_0(np.full(len(F), 0.9), 3, func_type=6))
+    with raises_naming(ValueError, "3 points", "0 (1)", "'H1 : # 2 / # 1'", "0 (3)", "'H1 : # 4 / # 1'", "--channel"):
+        read_measured(path)
+    with raises_naming(ValueError, "2 points", "0 (2)", "0 (3)"):
+        read_measured(path, {"0 (1)": "0.1 m.x", "0": "0.1 m.x"})
+    places = {f"0 ({k})": f"0.{k} m.x" for k in (1, 2, 3)}
+    curves = read_measured(written(*sets), {**places, "0": "0.1 m.f_x"}).responses
+    assert [curve.name for curve in curves] == [f"0.{k} m.x/0.1 m.f_x" for k in (1, 2, 3)]
+    for curve, scale in zip(curves, (1.0, -0.5, 0.2), strict=True):
+        np.testing.assert_allclose(curve.values, scale * H, rtol=1e-9)
+
+
+@pytest.mark.parametrize("numbers", [(2, 3, 4), (3, 4)])
+def test_coherences_of_node_0_belong_to_the_responses_only_if_each_has_one(written, numbers):
+    sets = [at_node_0(scale * H, k + 2) for k, scale in enumerate((1.0, -0.5, 0.2))]
+    gammas = [at_node_0(np.full(len(F), 0.1 * k), k, func_type=6) for k in numbers]
+    measured = read_measured(written(*sets, *gammas), {f"0 ({k})": f"0.{k} m.x" for k in (1, 2, 3)})
+    expected = [0.1 * k for k in numbers] if len(numbers) == 3 else [None] * 3
+    assert [c.coherence if c.coherence is None else c.coherence[0] for c in measured.responses] == pytest.approx(
+        expected
+    )
+    assert len(measured.warnings) == (0 if len(numbers) == 3 else 1)
+
+
+def test_functions_of_node_0_with_the_same_text_are_repetitions(written):
+    curves = read_measured(written(at_node_0(H, 2), at_node_0(1.1 * H, 2, "02-Jan-20"))).responses
+    assert [curve.name for curve in curves] == ["0/0", "0/0"]
+
+
+def test_records_of_node_0_with_other_texts_are_other_channels(written):
+    """Records of equal length were joined to one record of a single channel."""
+    force = np.random.default_rng(1).standard_normal(4000)
+    sets = [record(scale * force, kind, "", node=0, rsp_dir=0, id5=f"Time #{k}") for k, (scale, kind) in
+            enumerate(((1.0, FORCE), (2.0, ACCELERATION), (3.0, ACCELERATION)), 1)]  # fmt: skip
+    with raises_naming(ValueError, "3 points", "0 (2)", "'Time #2'"):
+        read_measured(written(*sets), inputs=["0 (1)"])
+    places = {"0 (1)": "wheel.f_x", "0 (2)": "wheel.x", "0 (3)": "0.1 m.x"}
+    curves = read_measured(written(*sets), places, inputs=["0 (1)"]).responses
+    assert [curve.name for curve in curves] == ["wheel.x/wheel.f_x", "0.1 m.x/wheel.f_x"]
+    np.testing.assert_allclose(curves[1].values, 3.0, rtol=1e-6)
+
+
+def test_coherence_without_a_reference_belongs_to_its_output(written):
+    """Its reference is node 0, because it is that with all inputs; it was not used, without a word."""
+    gamma = function(np.full(len(F), 0.7), func_type=6, ref_node=0, ref_dir=0)
+    measured = read_measured(written(function(), function(rsp_node=4), gamma))
+    assert measured.warnings == ()
+    np.testing.assert_allclose(measured.responses[0].coherence, 0.7)
+    assert measured.responses[1].coherence is None
+
+
+@pytest.mark.parametrize("changed", [{"rsp_node": 9}, {"x": F + 0.1}, {"x": F[:-1], "data": np.full(len(F) - 1, 0.9)}])
+def test_coherence_that_belongs_to_no_response_is_named(written, changed):
+    gamma = function(**{"data": np.full(len(F), 0.9), "func_type": 6, **changed})
+    (notice,) = read_measured(written(function(), gamma)).warnings
+    assert ("9.x/7.x" if "rsp_node" in changed else NAME) in notice
+
+
 def test_a_real_response_is_refused(written):
     """Without its phase, a resonance has no damping."""
     with raises_naming(ValueError, NAME, "real", "phases"):
