@@ -24,6 +24,7 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.units import convert_units_in_text, speed_unit, with_speeds_in
 from amb_cosim.scenario.rotors import RotorSource, is_rotor
 from amb_cosim.scenario.scenario import Scenario, as_scenario, load_scenario
+from amb_files.checks import require_given
 from amb_files.pack_file import rotor_path
 from amb_files.toml import read_toml
 from amb_sweeps import outcomes
@@ -168,6 +169,8 @@ def sweep(
     """
     end_if_imported_anew()
     require_extra("sweep", "a sweep", "cryptography", "dask", "distributed", "zarr", "SALib")
+    require_given("scenario", scenario)
+    options = RunOptions(flavour=flavour)
     scenario = as_scenario(scenario, rotor, receptances)
     unknown = [name for name in keep if name not in (*outcomes.RUN, "all")]
     if unknown:
@@ -183,7 +186,7 @@ def sweep(
         check_refinement(design, certainty, boundary)
     until = None if until is None else quantity(until, "s", "until")
     labels = varied_labels(design, _labels(scenario, design))
-    task = Task(scenario, dict(set or {}), until, RunOptions(flavour=flavour), tuple(metrics), tuple(keep), labels)
+    task = Task(scenario, dict(set or {}), until, options, tuple(metrics), tuple(keep), labels)
     guids, units, descriptions = check_points(task, design)
     design = design.with_units(units)
     requested = {**_request(task), "guids": guids}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Collection, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
@@ -15,6 +15,26 @@ def require(condition: bool, what: str, value: object, allowed: str) -> None:
     """Raise a ValueError unless `condition` holds; the message contains `what`, its value and the allowed values."""
     if not condition:
         raise ValueError(f"{what} = {value} is not allowed; it must be {allowed}")
+
+
+def require_choice(name: str, value: object, choices: Collection[str] | Collection[int]) -> None:
+    """Raise a ValueError unless the argument `name` is one of `choices`; the message lists them.
+
+    Examples
+    --------
+    >>> require_choice("fmi", "3", (2, 3))
+    Traceback (most recent call last):
+    ValueError: fmi = '3' is not allowed; it must be 2 or 3
+    """
+    *others, last = (str(choice) for choice in choices)
+    is_one = isinstance(value, Hashable) and value in {*choices}
+    require(is_one, name, repr(value), f"{', '.join(others)} or {last}")
+
+
+def require_given(name: str, value: object) -> None:
+    """Raise a ValueError if the argument `name`, which has no default, is None."""
+    if value is None:
+        raise ValueError(f"{name} = None is not allowed; this argument has no default")
 
 
 def require_positive(record: object, **units: str) -> None:

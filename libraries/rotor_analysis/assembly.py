@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from amb_files.checks import require_choice
 from array_types import Array
 from rotor_analysis import beam
 from rotor_analysis.damping import damping_matrices
@@ -15,7 +16,7 @@ from rotor_analysis.hysteresis import Hysteresis
 from rotor_analysis.pairs import MINUS_I, times_turned
 from rotor_analysis.parts import Bearing, Point, seat
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.shaft import MassModel
+from rotor_analysis.shaft import MASS_MODELS, MassModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,8 +190,7 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
         If `mass` is neither `consistent` nor `diagonal`.
     """
     mass = mass or rotor.shaft.mass_matrix
-    if mass not in ("consistent", "diagonal"):
-        raise ValueError(f"mass = {mass!r} is not allowed; it must be 'consistent' or 'diagonal'")
+    require_choice("mass", mass, MASS_MODELS)
     nodes = rotor.shaft.nodes
     size = 2 * len(nodes)
     M, G, K = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from annotated_types import MinLen
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag
@@ -17,6 +17,7 @@ from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Sh
 from rotor_analysis.sections import PER_ELEMENT, SAME_PLACE, ElementSection, ShaftSection, Sleeve
 
 MassModel = Literal["consistent", "diagonal"]
+MASS_MODELS: tuple[MassModel, ...] = get_args(MassModel)
 
 
 SHORTEST = 1e-4  # of the shaft's length; a shorter element is so stiff that rounding hides the rest

@@ -1,16 +1,46 @@
 """The Python interface of the package, and the command line as a thin layer over it."""
 
+import inspect
 import re
 from pathlib import Path
+from typing import Literal, get_args, get_origin, get_type_hints
 
 import pytest
 import xarray as xr
 
 import amb_cosim
+from amb_cosim import studies
 from tests.support.messages import raises_naming
 
 SETTING = {"rotor_contact.rb1.clearance": "0.6 mm"}
 UNTIL = 0.15
+
+REQUIRED = {  # an argument for each parameter without a default
+    "scenario": "drop", "system": "passive", "machine": "turbo_expander", "sources": "drop", "folder": "out",
+    "path": "out.ssp", "output": "out", "vary": {"Omega": ["60 rad/s"]}, "name": "own", "description": "",
+    "components": (), "connections": (),
+}  # fmt: skip
+PUBLIC = {
+    f"{module.__name__}.{name}": getattr(module, name)
+    for module in (amb_cosim, studies)
+    for name in dir(module)
+    if callable(getattr(module, name)) and name not in ("Result", "figure", "save", "live")  # which have no choices
+}
+
+
+def choices_of(hint):
+    """Return the values of all `Literal` in a type hint."""
+    if get_origin(hint) is Literal:
+        return {*get_args(hint)}
+    return {value for part in get_args(hint) for value in choices_of(part)}
+
+
+CHOICES = [
+    (name, parameter)
+    for name, function in PUBLIC.items()
+    for parameter, hint in get_type_hints(function.__init__ if inspect.isclass(function) else function).items()
+    if parameter != "return" and choices_of(hint)
+]
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +63,37 @@ def test_each_public_name_is_on_one_page_of_the_reference():
     )
     names = ", ".join(listed).split(", ")
     assert sorted(names) == sorted({*dir(amb_cosim)} - {"studies", "cosim"})  # modules, with sections of their own
+
+
+def call(function, **chosen):
+    """Call a function with `REQUIRED` for parameters without a default."""
+    parameters = inspect.signature(function).parameters.values()
+    named = {p.name: REQUIRED[p.name] for p in parameters if p.default is p.empty and p.name in REQUIRED}
+    sources = [named.pop("sources")] * 2 if "sources" in named else []
+    return function(*sources, **named | chosen)
+
+
+@pytest.mark.parametrize(("name", "parameter"), CHOICES)
+def test_a_value_outside_the_choices_of_an_argument_is_refused_at_the_call(name, parameter, monkeypatch, tmp_path):
+    """Before anything is computed or written; `Native` ran the compiled FMU, and was recorded."""
+    monkeypatch.chdir(tmp_path)
+    function = PUBLIC[name]
+    hint = get_type_hints(function.__init__ if inspect.isclass(function) else function)[parameter]
+    for wrong in ("Native", "3.0", 7, True, {"native"}):
+        with raises_naming(ValueError, parameter, repr(wrong), *map(str, choices_of(hint))):
+            call(function, **{parameter: wrong})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_choices_of_all_public_functions_are_checked():
+    assert {parameter for _, parameter in CHOICES} == {"flavour", "loop", "fmi", "coupling", "estimator", "mass"}
+    assert len(CHOICES) >= 30
+
+
+@pytest.mark.parametrize("function", [amb_cosim.run, amb_cosim.check, amb_cosim.export_ssp, amb_cosim.sweep])
+def test_a_required_scenario_has_no_default(function):
+    with raises_naming(ValueError, "scenario", "None"):
+        call(function, scenario=None)
 
 
 def test_command_line_and_python_give_the_same_result(result, runner, tmp_path):

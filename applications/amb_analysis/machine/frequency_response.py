@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from rotor_analysis.rotor import Rotor
 BLOCK = 512  # frequencies that are computed together, which bounds the memory
 
 Loop = Literal["free", "linear", "open", "closed"]
+LOOPS: tuple[Loop, ...] = get_args(Loop)
 """Support of the rotor: none, the bearings and seals of its file, magnets without control, or magnets with control."""
 
 

@@ -15,7 +15,7 @@ J. S. Bendat, A. G. Piersol, Random Data, 4th ed., Wiley, 2010.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.signal import csd, get_window
@@ -34,9 +34,11 @@ from amb_analysis.measured.blows import (
 from amb_analysis.measured.blows import decay as ending
 from amb_analysis.measured.records import Estimate, FrequencyResponse, TimeRecord, check_sizes
 from amb_cosim.cosim.grid.time_grid import in_steps
+from amb_files.checks import require_choice
 from array_types import Array, Complex
 
 Estimator = Literal["H1", "H2"]
+ESTIMATORS: tuple[Estimator, ...] = get_args(Estimator)
 
 SEGMENTS = 8  # without overlap, by default
 LEAST_SAMPLES = 8  # of a segment
@@ -86,6 +88,7 @@ def estimate(
     output_channels = [c for c in record.signals if c not in input_channels]
     if not output_channels:
         raise ValueError("an estimate needs an output; all channels of the record are inputs")
+    require_choice("estimator", estimator, ESTIMATORS)
     if estimator == "H2" and len(input_channels) > 1:
         raise ValueError("estimator H2 is not allowed with several inputs; use H1")
     for channel in (*input_channels, *output_channels):

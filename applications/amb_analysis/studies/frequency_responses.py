@@ -12,11 +12,18 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 
 from amb_analysis.machine.channels import Place, place_of
-from amb_analysis.machine.frequency_response import Loop, Structure, frequency_response, refined, resonant_frequencies
+from amb_analysis.machine.frequency_response import (
+    LOOPS,
+    Loop,
+    Structure,
+    frequency_response,
+    refined,
+    resonant_frequencies,
+)
 from amb_analysis.machine.machine import machine_of
 from amb_analysis.measured.convention import contradictions
 from amb_analysis.measured.deviation import CurveDeviation, ModeDeviation, curve_deviation, mode_deviations
-from amb_analysis.measured.estimates import Estimator
+from amb_analysis.measured.estimates import ESTIMATORS, Estimator
 from amb_analysis.measured.files import read_measured
 from amb_analysis.measured.modal_fit import FittedMode, doubtful_modes, fitted_modes, is_masked, peak_frequencies
 from amb_analysis.measured.quality import estimate_warnings, listed, median_coherence
@@ -24,13 +31,13 @@ from amb_analysis.measured.records import Channel, Estimate, FrequencyResponse, 
 from amb_analysis.measured.units import si_channel
 from amb_analysis.studies.inputs import Number, controlled, positive, spin_speed
 from amb_analysis.studies.result import DrawnResult, WarnedResult
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.prepare_run import prepare_run
-from amb_files.checks import require
+from amb_files.checks import require, require_choice
 from array_types import Array, Complex
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.refinement import about_resonances, vertex
@@ -230,6 +237,9 @@ def response(
     '0.00011 m/N at 1 Hz'
     """
     loop = loop or ("free" if scenario is None and rotor is not None else "closed")
+    require_choice("flavour", flavour, FLAVOURS)
+    require_choice("loop", loop, LOOPS)
+    require_choice("estimator", estimator, ESTIMATORS)
     ends = frequency_range(lowest, up_to)
     curves: Sequence[FrequencyResponse] = ()
     of_data: tuple[str, ...] = ()

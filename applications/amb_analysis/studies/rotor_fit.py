@@ -12,9 +12,9 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.machine.channels import Place, place_of
-from amb_analysis.machine.frequency_response import Loop
+from amb_analysis.machine.frequency_response import LOOPS, Loop
 from amb_analysis.measured.convention import contradictions
-from amb_analysis.measured.estimates import Estimator
+from amb_analysis.measured.estimates import ESTIMATORS, Estimator
 from amb_analysis.measured.least_squares import Fit, FreeParameter
 from amb_analysis.measured.least_squares import fit as least_squares_fit
 from amb_analysis.measured.modal_fit import fitted_modes
@@ -32,10 +32,11 @@ from amb_analysis.studies.frequency_responses import (
 from amb_analysis.studies.inputs import Number
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.rotor_parameters import free_bounds
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_files.checks import require_choice
 from array_types import Array, Complex
 from rotor_analysis.assembly import assemble, with_bearings
 from rotor_analysis.modes import modes as modes_of
@@ -156,6 +157,9 @@ def fit(
         is not allowed.
     """
     loop = loop or ("free" if scenario is None else "closed")
+    require_choice("flavour", flavour, FLAVOURS)
+    require_choice("loop", loop, LOOPS)
+    require_choice("estimator", estimator, ESTIMATORS)
     if measured is None:
         raise ValueError("measured is missing; a fit needs a measurement")
     files = scenario, rotor, controller

@@ -14,7 +14,7 @@ from scipy.signal import find_peaks, get_window, stft
 from amb_analysis.studies.inputs import Number, spin_speed
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.comparison.compare import Source, load
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.grid.time_grid import in_steps
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import warnings_of
@@ -27,7 +27,7 @@ from amb_cosim.results.signal_arrays import cycles, signal, speed, speed_changes
 from amb_cosim.results.thinned import even_samples, folding, judged
 from amb_cosim.results.warning_sentences import warning_sentences
 from amb_cosim.scenario.simulation import run
-from amb_files.checks import require
+from amb_files.checks import require, require_choice
 from amb_files.pack_file import default
 from array_types import Array, Complex
 
@@ -179,6 +179,7 @@ def waterfall(
     >>> f"{1e3 * max(bearing.largest for bearing in spectra.bearings.values()):.3f} mm"
     '0.039 mm'
     """
+    require_choice("flavour", flavour, FLAVOURS)
     highest = None if up_to is None else spin_speed(up_to, "up-to") / (2.0 * np.pi)
     if highest is not None:
         require(highest > 0.0, "up-to", f"{highest:g} Hz", "> 0 Hz")

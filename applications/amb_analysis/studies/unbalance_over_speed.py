@@ -29,13 +29,14 @@ from amb_analysis.studies.inputs import (
     spin_speed,
 )
 from amb_analysis.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
+from amb_files.checks import require_choice
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
 from rotor_analysis.implausible_sizes import implausible_sizes
@@ -48,7 +49,7 @@ from rotor_analysis.response import unbalance_response as steady_response
 from rotor_analysis.rigid_body import floating_motions
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor
-from rotor_analysis.shaft import MassModel
+from rotor_analysis.shaft import MASS_MODELS, MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 
 POINTS = 644  # speeds of the curves of a rotor alone, with speed 0, which is left out
@@ -117,6 +118,9 @@ def unbalance_response(
     >>> [(item.place, f"{item.speed:.0f} rad/s") for item in response.critical_speeds]
     [('seal', '454 rad/s'), ('end at z = 0 m', '970 rad/s')]
     """
+    require_choice("flavour", flavour, FLAVOURS)
+    if mass is not None:
+        require_choice("mass", mass, MASS_MODELS)
     clearance_of_all = None if clearance is None else positive(clearance, "m", "clearance")
     amount = None if unbalance is None else positive(unbalance, "kg.m", "unbalance")
     if scenario is not None:

@@ -21,6 +21,7 @@ from amb_cosim.scenario.rotors import RotorSource, named
 from amb_cosim.scenario.scenario import Scenario, load_scenario, scenarios
 from amb_cosim.scenario.simulation import run
 from amb_files.atomic import plain_file, write_file
+from amb_files.checks import require_choice
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -184,8 +185,7 @@ def compare(
                 requested = values[number] if _is_each(value) else None
                 if requested and requested != default:
                     raise ValueError(f"{_source_text(source)} is a saved result; {requested} cannot be set for it")
-        if flavours[number] not in FLAVOURS:
-            raise ValueError(f"flavour = {flavours[number]!r} is not allowed; it must be one of {', '.join(FLAVOURS)}")
+        require_choice("flavour", flavours[number], FLAVOURS)
         plans.append(loaded)
     if (set or rotor or until) and all(isinstance(plan, Result) for plan in plans):
         raise ValueError("settings require a scenario; all of these are saved results")

@@ -14,8 +14,10 @@ Loop = Literal["compiled", "plain"]
 LOOPS: tuple[Loop, ...] = get_args(Loop)
 
 Coupling = Literal["gauss_seidel", "jacobi", "iterative"]
+COUPLINGS: tuple[Coupling, ...] = get_args(Coupling)
 
 Role = Literal["disturbance", "relief"]  # of an event: the rotor is judged after a disturbance; relief takes it back
 ROLES: tuple[Role, ...] = get_args(Role)
 
 Settling = Literal["simulated", "solved", "automatic"]  # the last: solved where it can be
+SETTLINGS: tuple[Settling, ...] = get_args(Settling)

@@ -12,6 +12,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.rotors import RotorSource, TableSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
+from amb_files.checks import require_given
 
 
 def export_ssp(
@@ -53,6 +54,7 @@ def export_ssp(
     """
     from amb_cosim.cosim import ssp
 
+    require_given("scenario", scenario)
     scenario = as_scenario(scenario, rotor, receptances)
     prepared = prepare_run(scenario, set, until, options=RunOptions(flavour=flavour))
     return ssp.export_ssp(

@@ -19,6 +19,7 @@ from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.rotors import RotorSource, TableSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
+from amb_files.checks import require_given
 
 
 def run(
@@ -85,6 +86,7 @@ def run(
     ProcessFailed
         If the FMUs' own process crashed or had to be ended.
     """
+    require_given("scenario", scenario)
     saves = Saves(file=None if autosave is None else Path(autosave), every=autosave_every, moments=save_at)
     start = as_checkpoint(start)
     with progress_bar(progress) as report:
@@ -108,4 +110,5 @@ def check(scenario: str | Path | Scenario) -> None:
     --------
     >>> check("compressor_levitated")  # raises nothing: it can run
     """
+    require_given("scenario", scenario)
     prepare_run(as_scenario(scenario))

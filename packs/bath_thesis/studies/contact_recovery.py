@@ -18,14 +18,14 @@ from typing import Annotated, ClassVar
 from amb_analysis.studies.inputs import Number, positive
 from amb_analysis.studies.receptance_identification import identify
 from amb_analysis.studies.result import DrawnResult
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.presentation.units import SIZES, speed_unit
 from amb_cosim.scenario.scenario import load_scenario
-from amb_files.checks import require
+from amb_files.checks import require, require_choice
 from bath_thesis.studies.recovery_trials import (
     END,
     SCENARIO,
@@ -145,6 +145,7 @@ def recovery(
     ValueError
         If an argument is out of range, or a run does not reach its end.
     """
+    require_choice("flavour", flavour, FLAVOURS)
     require(1 <= instants <= 1000, "instants", instants, "from 1 to 1000")
     alphas = [quantity(value, "1/s", "alpha") for value in listed(alpha)]
     for value in alphas:

@@ -12,11 +12,12 @@ from amb_analysis.studies.inputs import Number, speed_range, spin_speeds
 from amb_analysis.studies.receptance_identification import identify
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.sensor_receptance import HERTZ, LOWEST, POINTS, levitated_receptance
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.presentation.units import SIZES, speed_unit
+from amb_files.checks import require_choice
 from array_types import Array, Complex
 from rolac_controller.excitation import FORCE, amplitude_at
 from rotor_analysis.rotor_file import RotorSource, load_rotor
@@ -137,6 +138,7 @@ def synchronous_response(
     KeyboardInterrupt
         If Ctrl-C interrupts an identification.
     """
+    require_choice("flavour", flavour, FLAVOURS)
     description, speeds, chosen = load_rotor(rotor), speed_range(up_to, POINTS, LOWEST), np.array(spin_speeds(at))
     R = levitated_receptance(description, speeds, k_b, c_b)
     continuous = _norm(levitated_receptance(description, chosen, k_b, c_b))

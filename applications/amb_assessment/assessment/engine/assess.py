@@ -34,9 +34,10 @@ from amb_assessment.assessment.format.machine_file import MachineFile, load_mach
 from amb_assessment.assessment.format.quantities import AnalysisResult, ResultTable, check_declared
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, assessed_machine_of
 from amb_assessment.assessment.physics.stability import instability
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.processes.blas import one_blas_thread
+from amb_files.checks import require_choice
 from amb_files.suggestions import suggest
 
 
@@ -248,6 +249,7 @@ def assess(
     >>> [mode.where for mode in part.result.quantities]
     ['mode 1, 558 Hz, drive_end read at probe_de', 'mode 2, 1439 Hz, far_end read at probe_fe']
     """
+    require_choice("flavour", flavour, FLAVOURS)
     file = machine if isinstance(machine, MachineFile) else load_machine(machine)
     by_file = criteria_by_file(criteria or file.criteria)
     requested = tuple(item for of_file in by_file.values() for item in of_file)

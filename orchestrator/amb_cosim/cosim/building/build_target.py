@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from amb_cosim.cosim.choices import Flavour, Fmi
+from amb_cosim.cosim.choices import FLAVOURS, FMIS, Flavour, Fmi
 from amb_files.archive import write_archive
+from amb_files.checks import require_choice
 from array_types import Array
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ class BuildTarget:
     Raises
     ------
     ValueError
-        If these settings are incompatible.
+        If a setting is not allowed, or the settings are incompatible.
     """
 
     flavour: Flavour = "native"
@@ -32,6 +33,8 @@ class BuildTarget:
     sources: bool = False
 
     def __post_init__(self) -> None:
+        require_choice("flavour", self.flavour, FLAVOURS)
+        require_choice("fmi", self.fmi, FMIS)
         if self.platforms is not None:  # an iterator would serve only the first of several FMUs
             object.__setattr__(self, "platforms", tuple(self.platforms))
         if self.fmi == 2 and not self.arrays:

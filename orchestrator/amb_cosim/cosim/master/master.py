@@ -14,12 +14,13 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.choices import COUPLINGS, Coupling
 from amb_cosim.cosim.errors import StartFailed, StepFailed
 from amb_cosim.cosim.grid.schedules import Schedule
 from amb_cosim.cosim.grid.time_grid import TimeGrid
 from amb_cosim.cosim.master.iteration import MOST_REPETITIONS, Iteration, Unsettled
 from amb_cosim.cosim.system.signal_map import SignalMap
+from amb_files.checks import require_choice
 from array_types import Array
 
 Observer = Callable[[int, Array], None]
@@ -85,6 +86,7 @@ class Master(Generic[P]):
         end: tuple[int, float] | None = None,
         last_steps: Mapping[int, tuple[int, float]] | None = None,
     ) -> None:
+        require_choice("coupling", coupling, COUPLINGS)
         if not 0.0 < step_size < math.inf:
             raise ValueError(f"communication step = {step_size:g} s is not allowed; it must be > 0 s")
         self.components = list(components)

@@ -7,13 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from amb_cosim.cosim.choices import Flavour, Loop
+from amb_cosim.cosim.choices import FLAVOURS, LOOPS, Flavour, Loop
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.state_fingerprint import state_fingerprint
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.tables import moment_of
 from amb_cosim.cosim.system.values import Raw
+from amb_files.checks import require_choice
 
 log = logging.getLogger(__name__)
 
@@ -93,6 +94,11 @@ class RunOptions:
         States to save during the run.
     progress
         Function that is called repeatedly with the number of finished steps and the number of all steps.
+
+    Raises
+    ------
+    ValueError
+        If there is no such flavour or loop.
     """
 
     flavour: Flavour = "native"
@@ -102,6 +108,10 @@ class RunOptions:
     start: Checkpoint | None = None
     saves: Saves = field(default_factory=Saves)
     progress: Progress | None = None
+
+    def __post_init__(self) -> None:
+        require_choice("flavour", self.flavour, FLAVOURS)
+        require_choice("loop", self.loop, LOOPS)
 
     @property
     def has_end(self) -> bool:

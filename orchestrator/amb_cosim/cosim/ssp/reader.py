@@ -15,10 +15,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, cast
 
 from amb_cosim.cosim.building.cache import unpacked
-from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.choices import COUPLINGS, Coupling
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT
 from amb_cosim.cosim.ssp.flat_system import FlatSystem
 from amb_cosim.cosim.ssp.hierarchy import NAMES, Document, number_of
@@ -27,6 +27,7 @@ from amb_cosim.cosim.ssp.structure import MASTER
 from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_tables import ExperimentTable
+from amb_files.checks import errors_in, require_choice
 from amb_files.toml import read_toml, validate
 
 
@@ -111,9 +112,7 @@ def _coupling(root: Any, what: str) -> Coupling:
     """Return the coupling from an annotation of this package, or Jacobi for an annotation of libcosim."""
     master = root.find(f".//{MASTER}")
     if master is not None:
-        allowed: tuple[Coupling, ...] = get_args(Coupling)
-        for coupling in allowed:
-            if master.get("coupling") == coupling:
-                return coupling
-        raise ValueError(f"{what}: coupling = {master.get('coupling')} is not allowed; there are {', '.join(allowed)}")
+        with errors_in(what):
+            require_choice("coupling", master.get("coupling"), COUPLINGS)
+        return cast(Coupling, master.get("coupling"))
     return "jacobi" if root.find(".//osp:FixedStepAlgorithm", NAMES) is not None else "gauss_seidel"

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from amb_cosim.cosim.choices import Coupling, Settling
+from amb_cosim.cosim.choices import COUPLINGS, SETTLINGS, Coupling, Settling
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmus import Fmu
 from amb_cosim.cosim.grid.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
@@ -15,6 +15,7 @@ from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw
+from amb_files.checks import require_choice
 from fmi_export.variables import OverStep
 
 EVERYTHING = "*"  # as a pattern of what is recorded
@@ -101,6 +102,11 @@ class Experiment:
         Order of the components' steps, which replaces the order of the system.
     source
         Name of its file for messages, such as `system pair`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such settling or coupling.
     """
 
     step_size: float
@@ -124,6 +130,11 @@ class Experiment:
     warnings: tuple[str, ...] = ()
     coupling: Coupling | None = None
     source: str = ""
+
+    def __post_init__(self) -> None:
+        require_choice("settling", self.settling, SETTLINGS)
+        if self.coupling is not None:
+            require_choice("coupling", self.coupling, COUPLINGS)
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.choices import COUPLINGS, Coupling
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmus import FmuSource, is_placeholder
 from amb_cosim.cosim.system.values import Raw
-from amb_files.checks import repeated
+from amb_files.checks import repeated, require_choice
 from amb_files.suggestions import suggest
 
 UNCHANGED = (1.0, 0.0)  # factor and offset of a value that is passed on as it is
@@ -105,6 +105,11 @@ class System:
     outside the packs sets. `unknown` are names to which the file assigns values but which no component has; `remarks`
     are other notices about the file. `check` compares the system with the components' interfaces.
 
+    Raises
+    ------
+    ValueError
+        If two components have one name, or there is no such coupling.
+
     Examples
     --------
     >>> system = System("rotor alone", "A rotor.", (Component("plant", "rotor_contact"),), ())
@@ -126,6 +131,7 @@ class System:
     outputs: tuple[Output, ...] = ()
 
     def __post_init__(self) -> None:
+        require_choice("coupling", self.coupling, COUPLINGS)
         if duplicates := sorted(repeated(component.name for component in self.components)):
             raise ValueError(f"system {self.name}: components named twice: {', '.join(duplicates)}")
 
