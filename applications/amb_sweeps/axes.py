@@ -23,11 +23,9 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.scenario import SPEED
-from amb_files.checks import repeated
+from amb_files.checks import repeated, require_kind
+from amb_files.plain_values import Plain, listed, plain_value, plain_values
 from fmi_export.building.units import to_unit
 
 MOST_POINTS = 10_000_000  # points of a sweep
@@ -38,7 +36,7 @@ _SPAN = re.compile(rf"{_NUMBER}(?:{_TO}{_NUMBER}(?: .*|[^.\s]*)| *(\S.*?){_TO}{_
 _NAME = re.compile(r"[A-Za-z_][\w?*\[\]]*(?:\.[^&/]+)?")  # variables of FMUs have any names, such as der(x)
 _VARIED = re.compile(r"\s*(.*?\S)\s*=\s*(@.*\S|[^=]*[^=\s])\s*")  # values have no =, paths of files may
 
-Settings = Mapping[str, Raw]
+Settings = Mapping[str, Plain]
 Vary = Mapping[str, Any]  # names, or several joined by "&", with their values
 
 
@@ -57,7 +55,7 @@ class Column:
     """Values of one variable along an axis: numbers in `unit` (if empty, in the variable's unit), or texts."""
 
     name: str
-    values: tuple[Raw, ...]
+    values: tuple[Plain, ...]
     unit: str = ""
 
     @property
@@ -65,7 +63,7 @@ class Column:
         """Whether all values are numbers."""
         return all(isinstance(v, int | float) and not isinstance(v, bool) for v in self.values)
 
-    def setting(self, k: int) -> Raw:
+    def setting(self, k: int) -> Plain:
         """Return the k-th value as a setting."""
         value = self.values[k]
         return f"{value!r} {self.unit}" if self.unit and not isinstance(value, str) else value
@@ -82,7 +80,7 @@ class Axis:
     def __len__(self) -> int:
         return len(self.columns[0].values)
 
-    def settings(self, k: int) -> dict[str, Raw]:
+    def settings(self, k: int) -> dict[str, Plain]:
         """Return the settings of the k-th value."""
         if self.alternatives:
             return dict(self.alternatives[k])
@@ -120,6 +118,7 @@ def read_variations(vary: Vary) -> list[Variation]:
     ValueError
         If a text is invalid, a name is varied twice, or values that are varied together differ in number.
     """
+    require_kind("vary", vary, Mapping, "a table with the values of each name")
     variations = [_variation(name, values) for name, values in vary.items()]
     if duplicates := repeated(name for variation in variations for name in names_of(variation)):
         raise ValueError(f"{', '.join(sorted(duplicates))} is varied twice; it may be varied once")
@@ -177,7 +176,11 @@ def _variation(name: str, values: Any) -> Variation:
 def _alternatives(name: str, tables: Mapping[str, Any]) -> Axis:
     if not tables or not all(isinstance(table, Mapping) for table in tables.values()):
         raise ValueError(f"{name}: each label needs a table of settings, such as PID.'rolac_controller.rolac_enable'")
-    return Axis(name, (Column(name, tuple(str(label) for label in tables)),), tuple(map(dict, tables.values())))
+    return Axis(
+        name,
+        (Column(name, tuple(str(label) for label in tables)),),
+        tuple(plain_values(table, name) for table in tables.values()),
+    )
 
 
 def _table(path: str) -> dict[str, Any]:
@@ -191,9 +194,7 @@ def _values(name: str, values: Any) -> Column | Range:
         first, colon, _ = values.partition(":")
         is_range = bool(colon) and ("/" not in values or _quantity(first) is not None)  # texts with a slash are paths
         return _range(name, values) if is_range else _list(name, values.split(","))
-    if isinstance(values, bool | int | float):
-        values = [values]
-    return _list(name, [v.item() if isinstance(v, np.generic) else v for v in values])
+    return _list(name, [plain_value(value, name) for value in listed(values)])
 
 
 def _range(name: str, text: str) -> Column | Range:

@@ -28,6 +28,7 @@ from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
+from amb_files.plain_values import plain_values
 from amb_sweeps.contact_variations import DECISIVE, Tolerances, contact_variations
 from amb_sweeps.event_phases import undetected_share, with_labels
 from amb_sweeps.variations import Variation, identification_speeds, variations
@@ -209,7 +210,7 @@ def robustness(
         require(value is None or 0.0 <= value <= 0.5, name, value, "from 0 to 0.5")
     require(1 <= phases <= 360, "phases", phases, "from 1 to 360")
     scenario = with_labels(as_scenario(scenario, rotor))
-    settings, tolerances = dict(set or {}), Tolerances(change, friction, restitution, phases)
+    settings, tolerances = plain_values(set, "set"), Tolerances(change, friction, restitution, phases)
     runner = Runner(Task(scenario, settings, options=RunOptions(flavour=flavour), labels=scenario.labels))
     try:
         with progress_bar(progress) as report:

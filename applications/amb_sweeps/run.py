@@ -24,8 +24,9 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.units import convert_units_in_text, speed_unit, with_speeds_in
 from amb_cosim.scenario.rotors import RotorSource, is_rotor
 from amb_cosim.scenario.scenario import Scenario, as_scenario, load_scenario
-from amb_files.checks import require_given
+from amb_files.checks import as_path, require_given
 from amb_files.pack_file import rotor_path
+from amb_files.plain_values import plain_values
 from amb_files.toml import read_toml
 from amb_sweeps import outcomes
 from amb_sweeps.axes import Vary
@@ -170,7 +171,7 @@ def sweep(
     end_if_imported_anew()
     require_extra("sweep", "a sweep", "cryptography", "dask", "distributed", "zarr", "SALib")
     require_given("scenario", scenario)
-    options = RunOptions(flavour=flavour)
+    options, folder = RunOptions(flavour=flavour), as_path("output", output)
     scenario = as_scenario(scenario, rotor, receptances)
     unknown = [name for name in keep if name not in (*outcomes.RUN, "all")]
     if unknown:
@@ -186,11 +187,10 @@ def sweep(
         check_refinement(design, certainty, boundary)
     until = None if until is None else quantity(until, "s", "until")
     labels = varied_labels(design, _labels(scenario, design))
-    task = Task(scenario, dict(set or {}), until, options, tuple(metrics), tuple(keep), labels)
+    task = Task(scenario, plain_values(set, "set"), until, options, tuple(metrics), tuple(keep), labels)
     guids, units, descriptions = check_points(task, design)
     design = design.with_units(units)
     requested = {**_request(task), "guids": guids}
-    folder = Path(output)
     provenance = {**_provenance(), "descriptions": descriptions}
     with only_writer(folder):
         store = SweepStore(folder, design, {**requested, "design": design.as_dict()}, provenance)

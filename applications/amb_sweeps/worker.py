@@ -224,7 +224,7 @@ def event_of(labels: Sequence[str], name: str) -> str:
 def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:
     """Return an event in TOML form, updated with the time and values that `settings` contain for its label."""
     changes: dict[str, Any] = {}
-    values = {component: dict(variables) for component, variables in event.set.items()}
+    values: dict[str, dict[str, Raw]] = {component: {**variables} for component, variables in event.set.items()}
     for name, raw in settings.items():
         label, _, rest = name.partition(".")
         if label != event.name:

@@ -6,6 +6,8 @@ import math
 from collections import Counter
 from collections.abc import Collection, Hashable, Iterable, Iterator
 from contextlib import contextmanager
+from os import PathLike
+from pathlib import Path
 from typing import TypeVar
 
 T = TypeVar("T", bound=Hashable)
@@ -29,6 +31,17 @@ def require_choice(name: str, value: object, choices: Collection[str] | Collecti
     *others, last = (str(choice) for choice in choices)
     is_one = isinstance(value, Hashable) and value in {*choices}
     require(is_one, name, repr(value), f"{', '.join(others)} or {last}")
+
+
+def as_path(name: str, value: object) -> Path:
+    """Return the path that the argument `name` states; raise a ValueError if it is neither a text nor a path."""
+    require(isinstance(value, str | PathLike), name, repr(value), "a name or a path")
+    return Path(value)  # type: ignore[arg-type]
+
+
+def require_kind(name: str, value: object, kind: type | tuple[type, ...], allowed: str) -> None:
+    """Raise a ValueError unless the argument `name` has the type `kind`; the message describes what is `allowed`."""
+    require(isinstance(value, kind), name, " ".join(repr(value).split())[:60], allowed)
 
 
 def require_given(name: str, value: object) -> None:

@@ -9,6 +9,7 @@ from typing import Literal
 
 from pydantic import StrictStr
 
+from amb_files.checks import as_path
 from amb_files.packs import files_of, packs
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, table, validate
@@ -89,7 +90,7 @@ def rotor_path(rotor: str | Path | None = None) -> Path:
         is not checked.
     """
     name = default("rotor") if rotor is None else rotor
-    rotors, path = files_of("rotors"), Path(name)
+    rotors, path = files_of("rotors"), as_path("rotor", name)
     if str(name) in rotors:
         return rotors[str(name)]
     if path.suffix != ".toml" and not path.exists():

@@ -101,7 +101,7 @@ ANALYSES = {
 
 CONTROL = {
     "study linearisation --bias-current 0": "bias-current = 0 A is not allowed; it must be > 0 A",
-    "study linearisation --static-current '9 A'": "bias_current = 4.43 A plus static_current = 9 A is not allowed",
+    "study linearisation --static-current '9 A'": "bias-current = 4.43 A plus static-current = 9 A is not allowed",
     "study sensitivity --sample-time '1 ms'": "the loop is not stable: a vibration of",
     "study sensitivity --set rolac_controller.*.c_d_?=1": "rolac_controller has no parameter or input '*.c_d_?'",
     "study sensitivity --set 'rotor_contact.d1.u=1 g.m'": "d1.u cannot be set here; only parameters can",

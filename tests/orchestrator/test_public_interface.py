@@ -2,18 +2,28 @@
 
 import inspect
 import re
+from fractions import Fraction
 from pathlib import Path
-from typing import Literal, get_args, get_origin, get_type_hints
+from typing import Literal, SupportsFloat, get_args, get_origin, get_type_hints
 
+import numpy as np
+import pint
 import pytest
 import xarray as xr
 
 import amb_cosim
+from amb_analysis.measured.records import Measurement, Modes
+from amb_analysis.studies.inputs import spin_speeds
 from amb_cosim import studies
+from amb_cosim.controllers.linear_controller import linear_controller
+from amb_cosim.cosim.system.values import quantity
+from amb_sweeps.axes import read_variations
 from tests.support.messages import raises_naming
 
 SETTING = {"rotor_contact.rb1.clearance": "0.6 mm"}
 UNTIL = 0.15
+MACHINE = "compressor_levitated"
+ROOT = Path(__file__).parents[2]
 
 REQUIRED = {  # an argument for each parameter without a default
     "scenario": "drop", "system": "passive", "machine": "turbo_expander", "sources": "drop", "folder": "out",
@@ -35,12 +45,24 @@ def choices_of(hint):
     return {value for part in get_args(hint) for value in choices_of(part)}
 
 
-CHOICES = [
-    (name, parameter)
+HINTS = {
+    name: get_type_hints(function.__init__ if inspect.isclass(function) else function)
     for name, function in PUBLIC.items()
-    for parameter, hint in get_type_hints(function.__init__ if inspect.isclass(function) else function).items()
-    if parameter != "return" and choices_of(hint)
-]
+}
+ARGUMENTS = [(name, p, hint) for name, hints in HINTS.items() for p, hint in hints.items() if p != "return"]
+CHOICES = [(name, parameter) for name, parameter, hint in ARGUMENTS if choices_of(hint)]
+QUANTITIES = [(name, parameter) for name, parameter, hint in ARGUMENTS if SupportsFloat in get_args(hint)]
+NEEDED = {  # other arguments, without which a function does not read its quantities
+    "amb_cosim.simulate": {"system": "pair.ssp"},
+    "amb_cosim.linear_controller": {"K": [[1.0]], "inputs": ["left.x"], "outputs": ["left.i_x"]},
+    "amb_analysis.studies.response": {"rotor": "compressor", "inputs": ["seal.f_x"], "outputs": ["seal.x"]},
+    "amb_analysis.studies.fit": {
+        "rotor": ROOT / "tests" / "strange_machine" / "expander.toml",
+        "measured": Measurement(modes=Modes(np.array([595.0]), np.full(1, np.nan))),
+        "free": {"materials.steel.youngs_modulus": (1.8e11, 2.4e11)},
+    },
+}
+PINT = pint.UnitRegistry()
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +79,7 @@ def test_public_names_are_the_same_objects_at_every_access():
 
 
 def test_each_public_name_is_on_one_page_of_the_reference():
-    pages = sorted((Path(__file__).parents[2] / "docs" / "reference").glob("python*.md"))
+    pages = sorted((ROOT / "docs" / "reference").glob("python*.md"))
     listed = re.findall(
         r"names of amb_cosim: ([\w, ]+) ", "\n".join(page.read_text(encoding="utf-8") for page in pages)
     )
@@ -78,9 +100,8 @@ def test_a_value_outside_the_choices_of_an_argument_is_refused_at_the_call(name,
     """Before anything is computed or written; `Native` ran the compiled FMU, and was recorded."""
     monkeypatch.chdir(tmp_path)
     function = PUBLIC[name]
-    hint = get_type_hints(function.__init__ if inspect.isclass(function) else function)[parameter]
     for wrong in ("Native", "3.0", 7, True, {"native"}):
-        with raises_naming(ValueError, parameter, repr(wrong), *map(str, choices_of(hint))):
+        with raises_naming(ValueError, parameter, repr(wrong), *map(str, choices_of(HINTS[name][parameter]))):
             call(function, **{parameter: wrong})
     assert list(tmp_path.iterdir()) == []
 
@@ -94,6 +115,85 @@ def test_the_choices_of_all_public_functions_are_checked():
 def test_a_required_scenario_has_no_default(function):
     with raises_naming(ValueError, "scenario", "None"):
         call(function, scenario=None)
+
+
+@pytest.mark.parametrize(
+    ("speed", "end"),
+    [
+        (200, 0.02),
+        (np.int64(200), np.float32(0.02)),
+        (np.array(200.0), np.array(0.02)),
+        (xr.DataArray(200.0), Fraction(1, 50)),
+        (PINT.Quantity(200 / (2 * np.pi), "Hz"), PINT.Quantity(20, "ms")),  # a frequency of a speed counts turns
+        (PINT.Quantity(np.float64(200 * 30 / np.pi), "rpm"), PINT.Quantity(np.array(20e3), "us")),
+        (np.str_("200 rad/s"), "20 ms"),
+    ],
+)
+def test_a_run_takes_a_quantity_in_every_form_that_users_of_numpy_and_pint_have(speed, end):
+    run = amb_cosim.run("drop", set={"Omega": speed}, until=end, save_at=np.array([0.01]), progress=False)
+    assert run.outcome.time == pytest.approx(0.02, rel=1e-12)
+    assert run.dataset.attrs["period_s"] == pytest.approx(2 * np.pi / 200, rel=1e-12)
+    assert run.checkpoint(PINT.Quantity(10, "ms")).time == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("speed", [np.float32(100), PINT.Quantity(100, "rad/s"), np.array(100)])
+def test_scenarios_studies_and_sweeps_take_the_same_quantities(speed):
+    assert amb_cosim.Scenario.load("drop").changed(Omega=speed, end_cycle=np.int64(3)).initial_speed == 100.0
+    assert studies.campbell("compressor", up_to=speed, count=2).speeds[-1] == pytest.approx(100.0)
+    assert spin_speeds([speed]) == spin_speeds(speed) == [100.0]
+    (axis,) = read_variations({"Omega": [speed, "200 rad/s"]})
+    assert [float(str(axis.columns[0].setting(k)).split()[0]) for k in range(2)] == [100.0, 200.0]
+    assert linear_controller([[1.0]], ["left.x"], ["left.i_x"], PINT.Quantity(0.25, "ms")).sample_time == 0.25e-3
+
+
+@pytest.mark.parametrize(("name", "parameter"), QUANTITIES)
+def test_what_is_not_a_quantity_is_refused_by_the_name_of_its_argument(name, parameter, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    with raises_naming(ValueError, parameter):
+        call(PUBLIC[name], **NEEDED.get(name, {}) | {parameter: object()})
+
+
+@pytest.mark.parametrize(
+    "wrong", [None, [1.0], np.ones(2), 1j, b"20 ms", {}, np.array(None), PINT.Quantity([1.0], "s"), PINT.Quantity("kg")]
+)
+def test_values_that_are_no_single_number_in_a_fitting_unit_are_refused(wrong):
+    with raises_naming(ValueError, "time"):
+        quantity(wrong, "s", "time")
+
+
+@pytest.mark.parametrize("wrong", ["Omega=1", [("Omega", 1)], {1: 2}], ids=["text", "pairs", "number"])
+def test_settings_that_are_no_table_are_refused(wrong):
+    with raises_naming(ValueError, "set"):
+        amb_cosim.run("drop", set=wrong)
+
+
+REFUSED = {
+    "machine": lambda: amb_cosim.assess(None),
+    "fmu": lambda: amb_cosim.verify(None),
+    "system": lambda: amb_cosim.simulate(5),
+    "path": lambda: amb_cosim.Result.load(None),
+    "sources": lambda: amb_cosim.compare(None, None),
+    "folder": lambda: amb_cosim.build(None),
+    "vary": lambda: amb_cosim.sweep("drop", None, output="out"),
+    "output": lambda: amb_cosim.sweep("drop", {"Omega": [100.0]}, output=None),
+    "swept": lambda: amb_cosim.draw_sweep("out"),
+    "result": lambda: studies.figure(None),
+    "units": lambda: amb_cosim.units(["rpm"]),
+    "rotor": lambda: studies.campbell(5),
+    "start": lambda: amb_cosim.run("drop", start=5),
+}
+
+
+@pytest.mark.parametrize("argument", REFUSED)
+def test_an_argument_of_another_kind_is_refused_by_its_name(argument):
+    with raises_naming(ValueError, argument):
+        REFUSED[argument]()
+
+
+def test_the_study_of_an_axis_takes_a_scenario_as_all_others_do():
+    """Its text was taken for the name of a file: "File name too long"."""
+    by_name, by_object = (studies.linearisation(s) for s in (MACHINE, amb_cosim.Scenario.load(MACHINE)))
+    assert by_object.k_i == by_name.k_i
 
 
 def test_command_line_and_python_give_the_same_result(result, runner, tmp_path):

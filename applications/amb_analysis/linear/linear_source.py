@@ -25,7 +25,7 @@ from amb_cosim.cosim.system.experiment import Experiment, Plan
 from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
-from amb_cosim.cosim.system.values import Raw, convert, quantity
+from amb_cosim.cosim.system.values import Raw, convert, plain_value, quantity
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.prepare_run import prepare_run
@@ -249,7 +249,7 @@ def linear_source(
     flavour: Flavour = "native",
 ) -> LinearSource:
     """Return the components of a scenario or system with their start values; the arguments are those of `linearise`."""
-    values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
+    values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: plain_value(at, "at")}
     options = RunOptions(flavour=flavour)
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
         plan = _planned_system(source, fmu or {}, rotor, set or {}, options)

@@ -20,7 +20,8 @@ from amb_cosim.model_constants import magnetic_bearing
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.prepare_run import prepare_run
-from amb_cosim.scenario.scenario import as_scenario, load_scenario
+from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.suggestions import suggest
 from array_types import Array
 from rolac_controller.control_loop import LoopAxis
@@ -169,9 +170,9 @@ class BearingAxis(WarnedResult, DrawnResult):
 
 
 def linearisation(
-    scenario: str | Path | None = None,
+    scenario: str | Path | Scenario | None = None,
     *,
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     axis: str | None = None,
     bias_current: Number | None = None,
     static_current: Number | None = None,
@@ -209,14 +210,14 @@ def linearisation(
     chosen, parameters, clearance, warnings = _axis_of(scenario, rotor, axis, set or {})
     currents: dict[str, float] = {}
     if bias_current is not None:
-        currents["bias_current"] = positive(bias_current, "A", "bias-current")
+        currents["bias_current"] = positive(bias_current, "A", "bias_current")
     if static_current is not None:
-        currents["static_current"] = quantity(static_current, "A", "static-current")
+        currents["static_current"] = quantity(static_current, "A", "static_current")
     p = magnetic_bearing.axis_parameters(chosen.bearing, chosen.direction, **(parameters | currents))
     largest = float(axis_capability.current_amplitude(p, 0.0))
     if not largest > 0.0:
         raise ValueError(
-            f"bias-current = {p.bias_current:g} A with static-current = {p.static_current:g} A is not allowed; a coil "
+            f"bias_current = {p.bias_current:g} A with static_current = {p.static_current:g} A is not allowed; a coil "
             f"carries 0 to {p.current_limit:g} A, and the control current must be able to raise and lower its current"
         )
     k_s, k_i = magnetic_bearing.linear_constants(p)
@@ -243,7 +244,7 @@ def linearisation(
 
 
 def _axis_of(
-    scenario: str | Path | None, rotor: str | Path | None, axis: str | None, settings: Mapping[str, Raw]
+    scenario: str | Path | Scenario | None, rotor: RotorSource, axis: str | None, settings: Mapping[str, Raw]
 ) -> tuple[LoopAxis, dict[str, float], float, tuple[str, ...]]:
     """Return an axis, its parameters (a scenario's, if there is one), the rotor's reach along it (m), and warnings.
 
@@ -256,7 +257,7 @@ def _axis_of(
     description = load_rotor(rotor)
     values: Mapping[str, float] = {}
     if scenario is not None:
-        chosen = as_scenario(load_scenario(str(scenario)).machine(), rotor)
+        chosen = as_scenario(as_scenario(scenario).machine(), rotor)
         machine = machine_of(prepare_run(chosen, settings), ACTUATOR)
         description, values = machine.rotor, machine.parameters[PLANT]
     bearings = [bearing.name for bearing in description.bearings]

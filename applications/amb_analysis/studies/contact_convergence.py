@@ -35,6 +35,7 @@ from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.contact_forces import WINDOW
 from amb_cosim.scenario.scenario import as_scenario
 from amb_files.checks import require
+from amb_files.plain_values import plain_values
 from array_types import Array
 from rotor_analysis.rotor_file import load_rotor
 
@@ -196,7 +197,7 @@ def convergence(
     """
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
     values = as_scenario(scenario, rotor)
-    base = ConvergenceCase(values, dict(set or {}), RunOptions(flavour=flavour))
+    base = ConvergenceCase(values, plain_values(set, "set"), RunOptions(flavour=flavour))
     prepared = prepare_case(base)  # checks the input and builds the FMUs before processes are started
     with progress_bar(progress) as report:
         variants = list(varied_cases(base))

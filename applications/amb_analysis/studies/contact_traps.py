@@ -279,14 +279,14 @@ def traps(
     Omega = machine.machine.last_speed if speed is None else spin_speed(speed)
     require(Omega > 0.0, "speed", speed_unit().text(Omega), f"> {speed_unit().text(0.0)}")
     amount = float(np.abs(machine.unbalance).max())
-    highest = 2.0 * Omega if up_to is None else spin_speed(up_to, "up-to")
+    highest = 2.0 * Omega if up_to is None else spin_speed(up_to, "up_to")
     speeds = speed_range(highest, SPEEDS + 1)[1:]
     described = load_rotor(values.rotor)
     limit = described.mass * GRADE / Omega
     largest = (
         _largest(machine, speeds, limit / amount) * amount
         if unbalance_up_to is None
-        else positive(unbalance_up_to, "kg.m", "unbalance-up-to")
+        else positive(unbalance_up_to, "kg.m", "unbalance_up_to")
     )
     factors = _factors(largest / amount)
     map_states = trap_map(machine, speeds, factors, AT_ONCE)

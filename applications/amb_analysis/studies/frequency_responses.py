@@ -434,7 +434,7 @@ def frequency_range(lowest: Number | None, up_to: Number | None) -> tuple[float 
         If a frequency is not positive, or the first one is not below the second one.
     """
     low, high = (
-        None if raw is None else positive(raw, "Hz", name) for raw, name in ((lowest, "from"), (up_to, "up-to"))
+        None if raw is None else positive(raw, "Hz", name) for raw, name in ((lowest, "from"), (up_to, "up_to"))
     )
     if low is not None and high is not None:
         require(low < high, "from", f"{low:g} Hz", f"< {high:g} Hz, the highest frequency")

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from amb_cosim.cosim.fmu.fmus import FmuSource
-from amb_cosim.cosim.system.values import quantity, stated
+from amb_cosim.cosim.system.values import Raw, quantity, stated
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
+from amb_files.plain_values import listed
 from array_types import Array
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, numbered_positions
@@ -24,7 +25,7 @@ GRADE = 2.5e-3  # m/s: balancing grade G 2.5, if the machine states none
 BEYOND = 1.25  # highest speed of diagrams of a rotor, over the operating speed
 HIGHEST = 1e5  # rad/s; dentists' drills turn at a third of it
 
-Number = float | str
+Number = Raw
 """A number in the requested unit, or a string with another unit of the same dimension (`"16 Hz"`)."""
 
 
@@ -61,9 +62,7 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
 
 def spin_speeds(raw: Number | Sequence[Number]) -> list[float]:
     """Return spin speeds (rad/s) from one speed, a sequence of speeds, or a comma-separated string."""
-    if isinstance(raw, int | float):
-        return [spin_speed(raw, "speeds")]
-    return [spin_speed(part, "speeds") for part in (raw.split(",") if isinstance(raw, str) else raw)]
+    return [spin_speed(part, "speeds") for part in (raw.split(",") if isinstance(raw, str) else listed(raw))]
 
 
 def reach_of(rotor: Rotor, speed: float | None = None) -> Number:
@@ -83,8 +82,8 @@ def speed_range(up_to: Number, points: int, lowest: float = 0.0) -> Array:
     ValueError
         If `up_to` is not a speed above the lowest.
     """
-    highest = spin_speed(up_to, "up-to")
-    require(highest > lowest, "up-to", stated(speed_unit().text(highest), up_to), f"> {speed_unit().text(lowest)}")
+    highest = spin_speed(up_to, "up_to")
+    require(highest > lowest, "up_to", stated(speed_unit().text(highest), up_to), f"> {speed_unit().text(lowest)}")
     return np.linspace(lowest, highest, points)
 
 

@@ -32,7 +32,7 @@ from amb_cosim.presentation.progress import STARTING, bars
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario
 
 HEADINGS = ("periods", "force (N)", "condition number", "differs from the model (%)", "")
 
@@ -147,7 +147,7 @@ def identify(
     (6, 4)
     """
     chosen_speeds = SPEEDS if speeds is None else spin_speeds(speeds)
-    base = scenario if isinstance(scenario, Scenario | None) else load_scenario(str(scenario))
+    base = None if scenario is None else as_scenario(scenario)
     path = None if output is None else Path(output)
     results: list[IdentifiedReceptance] = []
     with _progress_bars(progress) as report:

@@ -37,6 +37,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_files.checks import require_choice
+from amb_files.plain_values import plain_values
 from array_types import Array, Complex
 from rotor_analysis.assembly import assemble, with_bearings
 from rotor_analysis.modes import modes as modes_of
@@ -163,7 +164,7 @@ def fit(
     if measured is None:
         raise ValueError("measured is missing; a fit needs a measurement")
     files = scenario, rotor, controller
-    subject = FittedMachine.load(files, loop, speed, free_bounds(free), set or {}, flavour)
+    subject = FittedMachine.load(files, loop, speed, free_bounds(free), plain_values(set, "set"), flavour)
     estimation = Estimation(estimator, segment, window, exponential_window)
     ends = frequency_range(lowest, up_to)
     content = measured_content(measured, channels, channel_units, inputs, outputs, ends, estimation)

@@ -22,6 +22,7 @@ import numpy as np
 from amb_analysis.studies.inputs import Number
 from amb_files.checks import repeated
 from amb_files.pack_file import rotor_path
+from amb_files.plain_values import plain_value
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml
 from array_types import Array
@@ -124,7 +125,7 @@ def free_bounds(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> di
 def number_of_file(name: str, raw: Number) -> float:
     """Return a bound of a parameter as a number, in the unit of the rotor file."""
     try:
-        return float(raw)
+        return float(plain_value(raw, name))
     except ValueError:
         raise ValueError(
             f"a bound in free is not a number: {name} = {raw!r}; bounds have the unit of the file"

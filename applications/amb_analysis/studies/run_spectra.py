@@ -180,9 +180,10 @@ def waterfall(
     '0.039 mm'
     """
     require_choice("flavour", flavour, FLAVOURS)
-    highest = None if up_to is None else spin_speed(up_to, "up-to") / (2.0 * np.pi)
+    highest = None if up_to is None else spin_speed(up_to, "up_to") / (2.0 * np.pi)
     if highest is not None:
-        require(highest > 0.0, "up-to", f"{highest:g} Hz", "> 0 Hz")
+        require(highest > 0.0, "up_to", f"{highest:g} Hz", "> 0 Hz")
+    window = None if window is None else quantity(window, "s", "window")
     plan = load(default("changing_speed") if source is None else source)
     if isinstance(plan, Result):
         if rotor or set:
@@ -205,7 +206,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         raise ValueError("spectra require samples at equal steps, but the steps of the run differ")
     h, duration = float(steps[0]), float(time[-1] - time[0])
     if highest is not None and folded:
-        require(highest <= 0.5 / h, "up-to", f"{highest:g} Hz", f"<= {0.5 / h:.4g} Hz, because {folded}")
+        require(highest <= 0.5 / h, "up_to", f"{highest:g} Hz", f"<= {0.5 / h:.4g} Hz, because {folded}")
     if highest is None:
         highest = ORDERS * float(np.abs(speed(recorded)).max(initial=0.0)) / (2.0 * np.pi) or UP_TO
     shortest = max(FEWEST * h, CYCLES / highest)

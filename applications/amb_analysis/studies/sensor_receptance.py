@@ -125,8 +125,8 @@ def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) 
         If the rotor lacks planes of sensors or bearings, or if stiffness (N/m) or damping (N s/m) is not positive.
     """
     control_loop(rotor)
-    stiffness = positive(k_b, "N/m", "k-b")
-    damping = positive(c_b, "N.s/m", "c-b", ", because nothing else damps the rotor")
+    stiffness = positive(k_b, "N/m", "k_b")
+    damping = positive(c_b, "N.s/m", "c_b", ", because nothing else damps the rotor")
     return receptance_of(speeds, stiffness, damping, rotor)
 
 

@@ -25,6 +25,7 @@ from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.checks import require
+from amb_files.plain_values import plain_values
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 from signal_chain.presets import is_on
@@ -282,10 +283,10 @@ def sensitivity(
     values = controlled(scenario, rotor, controller)
     if speed is not None:
         values = values.model_copy(update={"Omega": spin_speed(speed)})
-    settings = dict(set or {})
+    settings = plain_values(set, "set")
     if sample_time is not None:
-        time = quantity(sample_time, "s", "sample-time")
-        require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
+        time = quantity(sample_time, "s", "sample_time")
+        require(0.0 < time < 0.5 / LOWEST, "sample_time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
         settings[f"{CONTROLLER}.sample_time"] = time
         values = values.model_copy(update={"communication_step": time})
     options = RunOptions(flavour=flavour)
@@ -330,7 +331,7 @@ def sensitivity(
         sample_time=loop.sample_time,
         delay=_delay(parameters[CONTROLLER]),
         amplifier="dynamic" if parameters[ACTUATOR]["amplifier"] else "ideal",
-        settings=tuple(f"{name}={value}" for name, value in (set or {}).items()),
+        settings=tuple(f"{name}={value}" for name, value in plain_values(set, "set").items()),
         zone_limits=dict(ZONES),
         frequencies=frequencies,
         axes=axes,

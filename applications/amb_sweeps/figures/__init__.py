@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from amb_files.checks import require_kind
 from amb_sweeps.maps import draw_maps
 from amb_sweeps.phases import draw_phases
 from amb_sweeps.run import Sweep
@@ -12,4 +13,5 @@ def draw_sweep(swept: Sweep) -> list[str]:
 
     Return the names of the files.
     """
+    require_kind("swept", swept, Sweep, "the result of a sweep")
     return [*draw_maps(swept), *draw_phases(swept)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -59,12 +60,22 @@ def refusing() -> Iterator[None]:
     try:
         yield
     except (ValueError, StartFailed, FmuError) as error:
-        raise Refused(str(error)) from error
+        raise Refused(_with_options(str(error))) from error
     except ProcessFailed as error:
         raise Failed(str(error)) from error
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         raise Failed(f"{where}{error.strerror or error}") from error
+
+
+def _with_options(message: str) -> str:
+    """Return the message of a function with the names of the command's options in place of those of its arguments."""
+    context = click.get_current_context(silent=True)
+    for parameter in () if context is None else context.command.params:
+        if isinstance(parameter, click.Option) and parameter.name and "_" in parameter.name:
+            option = parameter.name.replace("_", "-")
+            message = re.sub(rf"(?<![\w.]){parameter.name} = ", f"{option} = ", message)
+    return message
 
 
 def interrupted(message: str) -> Failed:

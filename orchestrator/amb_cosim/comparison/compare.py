@@ -6,6 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,8 @@ from amb_cosim.scenario.rotors import RotorSource, named
 from amb_cosim.scenario.scenario import Scenario, load_scenario, scenarios
 from amb_cosim.scenario.simulation import run
 from amb_files.atomic import plain_file, write_file
-from amb_files.checks import require_choice
+from amb_files.checks import require_choice, require_kind
+from amb_files.plain_values import plain_values
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -196,7 +198,7 @@ def compare(
             continue
         result = run(plan, set=its_set, rotor=its_rotor, flavour=its_flavour, until=until, progress=progress)
         label = _label(plan.name, its_set, its_rotor, its_flavour, (set, rotor, flavour))
-        sides.append(Side(label, _source_text(source), its_set or {}, result))
+        sides.append(Side(label, _source_text(source), plain_values(its_set, "set"), result))
         if result.outcome.status == "interrupted":
             break
     return side_by_side(sides)
@@ -224,6 +226,7 @@ def load(source: Source) -> Scenario | Result:
     """
     if isinstance(source, Scenario | Result):
         return source
+    require_kind("sources", source, (str, PathLike), "scenarios and results, or their names and files")
     if str(source) not in scenarios() and (Path(source).is_dir() or Path(source).suffix == ".nc"):
         return Result.load(source)
     return load_scenario(str(source))
@@ -252,7 +255,7 @@ def _for_each(value: Any, count: int, name: str) -> list[Any]:
 def _label(name: str, settings: Mapping[str, Raw] | None, rotor: Any, flavour: str, requested: tuple[Any, ...]) -> str:
     """Return the name of a scenario, followed by those settings that may differ between the runs."""
     varied, rotors, flavours = (_is_each(each) for each in requested)
-    parts = [f"{key}={value}" for key, value in (settings or {}).items()] if varied else []
+    parts = [f"{key}={value}" for key, value in plain_values(settings, "set").items()] if varied else []
     parts += [Path(str(named(rotor))).stem] if rotors and rotor else []
     parts += [flavour] if flavours else []
     return ", ".join([name, *parts])

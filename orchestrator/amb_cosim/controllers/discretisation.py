@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.controllers.laws import Law, balancing_factors, law_of
+from amb_cosim.cosim.system.values import Raw, quantity
 from amb_files.suggestions import suggest
 
 METHODS = ("tustin", "zoh", "foh", "euler", "backward_diff", "matched", "impulse")
@@ -30,14 +31,13 @@ AT_REST = 1e-12  # s T of a pole or zero at s = 0, up to rounding
 SAMPLE_TIMES = (1e-6, 0.1)  # s
 
 
-def check_sample_time(sample_time: float) -> float:
-    """Return a sample time (s); raise ValueError if it is not allowed."""
+def check_sample_time(sample_time: Raw) -> float:
+    """Return a sample time (s), a number or a text with its unit; raise ValueError if it is not allowed."""
     low, high = SAMPLE_TIMES
-    if isinstance(sample_time, bool) or not isinstance(sample_time, int | float | np.number):
-        raise ValueError(f"sample_time = {sample_time!r} is not allowed; it must be a number of seconds")
-    if not low <= sample_time <= high:
-        raise ValueError(f"sample_time = {sample_time:g} s is not allowed; it must be >= {low:g} and <= {high:g} s")
-    return float(sample_time)
+    value = quantity(sample_time, "s", "sample_time")
+    if not low <= value <= high:
+        raise ValueError(f"sample_time = {value:g} s is not allowed; it must be >= {low:g} and <= {high:g} s")
+    return value
 
 
 def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float | None = None) -> Law:

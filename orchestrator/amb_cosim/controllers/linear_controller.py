@@ -17,6 +17,7 @@ import numpy as np
 from amb_cosim.controllers.discretisation import check_sample_time, sampled
 from amb_cosim.controllers.laws import Law, law_of
 from amb_cosim.cosim.choices import Flavour, Fmi
+from amb_cosim.cosim.system.values import Raw
 from amb_files.checks import errors_in
 from array_types import Array
 from linear_controller.ports import Ports
@@ -136,7 +137,7 @@ def linear_controller(
     K: Any,
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
-    sample_time: float | None = None,
+    sample_time: Raw | None = None,
     *,
     method: str | None = None,
     prewarp: float | None = None,
@@ -162,7 +163,7 @@ def linear_controller(
         Names of the measured signals (m) and of the demands (A), as in the other components; by default the labels of
         K.
     sample_time
-        Time between samples (s); by default the sample time of K if K is sampled.
+        Time between samples, in s or as a text with a unit; by default the sample time of K if K is sampled.
     method, prewarp
         Discretisation of a continuous K: `tustin` (the default, which is exact at the frequency `prewarp` in rad/s if
         this is set), `zoh`, `foh`, `euler`, `backward_diff`, `matched` or `impulse`. Neither can be set for a sampled

@@ -22,6 +22,7 @@ from amb_cosim.export.planned import plan_models
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.rotors import RotorSource, TableSource
 from amb_cosim.scenario.scenario import Scenario
+from amb_files.checks import as_path
 
 NAME = "levitated_rotor"
 DESCRIPTION = (
@@ -71,7 +72,7 @@ def build_assembled(
     """
     options = {"scenario": scenario, "rotor": rotor, "receptances": receptances}
     target = BuildTarget(flavour, platforms, fmi, arrays, sources)
-    return build_models((NAME,), Path(folder), target, **options)[0]
+    return build_models((NAME,), as_path("folder", folder), target, **options)[0]
 
 
 def levitated_rotor(

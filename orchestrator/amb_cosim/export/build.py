@@ -13,6 +13,7 @@ from amb_cosim.export.planned import plan_models
 from amb_cosim.scenario.rotors import RotorSource, TableSource, table_source
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.archive import write_archive
+from amb_files.checks import as_path
 
 
 def build(
@@ -62,7 +63,7 @@ def build(
     >>> [file.name for file in build("fmus", scenario="compressor_levitated")]
     ['rolac_controller.fmu', 'amb_actuator.fmu', 'rotor_contact.fmu']
     """
-    folder, target = Path(folder), BuildTarget(flavour, platforms, fmi, arrays, sources)
+    folder, target = as_path("folder", folder), BuildTarget(flavour, platforms, fmi, arrays, sources)
     if scenario is None:
         return build_models(MODELS, folder, target, rotor=rotor, receptances=table_source(receptances))
     from fmi_export.model import with_starts

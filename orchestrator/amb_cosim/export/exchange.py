@@ -12,7 +12,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.rotors import RotorSource, TableSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
-from amb_files.checks import require_given
+from amb_files.checks import as_path, require_given
 
 
 def export_ssp(
@@ -55,10 +55,11 @@ def export_ssp(
     from amb_cosim.cosim import ssp
 
     require_given("scenario", scenario)
+    path = as_path("path", path)
     scenario = as_scenario(scenario, rotor, receptances)
     prepared = prepare_run(scenario, set, until, options=RunOptions(flavour=flavour))
     return ssp.export_ssp(
-        Path(path),
+        path,
         prepared,
         name=scenario.name,
         target=BuildTarget(flavour, platforms),

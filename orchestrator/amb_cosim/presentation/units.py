@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from amb_cosim.presentation.digits import significant, with_micro_signs
+from amb_files.checks import require_kind
 from array_types import Array
 
 SIZES = {  # in the quantity's SI unit, which comes first; frequencies are speeds, 1 Hz is a turn per s
@@ -93,6 +94,8 @@ class units:  # used as a function, and in `with`
     """
 
     def __init__(self, *names: str) -> None:
+        for name in names:
+            require_kind("units", name, str, "names, such as units('rpm', 'um')")
         chosen = parse_units(",".join(names))
         self._before = dict(_chosen)
         _chosen.clear()

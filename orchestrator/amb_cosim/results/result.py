@@ -11,6 +11,7 @@ from amb_cosim.cosim.run.dataset import Run, load
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.cosim.system.values import Raw
 from amb_files.atomic import plain_file, write_file
+from amb_files.checks import as_path
 
 if TYPE_CHECKING:
     from amb_cosim.results.plots import Plots
@@ -48,7 +49,8 @@ class Result(Run):
         ValueError
             If there is no result, or it is damaged.
         """
-        file = Path(path) / RESULT if Path(path).is_dir() else Path(path)
+        file = as_path("path", path)
+        file = file / RESULT if file.is_dir() else file
         if not file.is_file():
             raise ValueError(f"no result {file}; it must be a folder with {RESULT}, or that file")
         try:

@@ -74,7 +74,7 @@ class StatedValues:
     def _magnitude(self, variable: str, unit: str, label: str) -> float:
         """Return the largest magnitude stated for a variable, or the magnitude of its start value if none is stated."""
         tables = [event.set for event in self.scenario.event if label and event.name == label]
-        stated = {
+        stated: dict[str, Raw] = {
             f"{component}.{name}": raw
             for table in tables or [self.scenario.parameters, self.scenario.inputs]
             for component, values in table.items()

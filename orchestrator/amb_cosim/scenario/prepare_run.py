@@ -17,6 +17,7 @@ from amb_cosim.scenario.rotors import table_source
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.stators import lacking_stators, stators_of_run
 from amb_files.checks import errors_in
+from amb_files.plain_values import plain_values
 
 
 def prepare_run(
@@ -35,7 +36,7 @@ def prepare_run(
     ValueError
         If a name, a value, a time or a connection is not allowed.
     """
-    settings = settings or {}
+    settings = plain_values(settings, "set")
     assembly = assemble_scenario(scenario, settings, options)
     plan = scenario_plan(scenario, assembly, settings, until)
     if options.start is not None:

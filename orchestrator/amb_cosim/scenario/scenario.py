@@ -40,7 +40,7 @@ from amb_cosim.scenario.rotors import (
 )
 from amb_cosim.scenario.scenario_tables import Event, InputProfile, Plot, SpeedPoint, Stop
 from amb_files.atomic import write_file
-from amb_files.checks import errors_in, require
+from amb_files.checks import errors_in, require, require_kind
 from amb_files.pack_file import default
 from amb_files.speed_units import require_speed_unit, with_speed_units
 from amb_files.toml import validate
@@ -331,6 +331,8 @@ def as_scenario(
         As `load_scenario` does.
     """
     scenario = source if isinstance(source, Scenario) else load_scenario(None if source is None else str(source))
+    if fmu is not None:
+        require_kind("fmu", fmu, Mapping, "a table of FMUs by the name of a component")
     others = {"rotor": rotor, "receptances": receptances}
     changes = {key: str(new) if isinstance(new, Path) else new for key, new in others.items() if new is not None}
     scenario = scenario.model_copy(update=changes)

@@ -11,7 +11,7 @@ from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.execution import execute_plan
 from amb_cosim.cosim.run.options import AUTOSAVE_TIME, DEFAULTS, Progress, RunOptions, Saves
-from amb_cosim.cosim.system.values import Raw
+from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import make_result
@@ -37,7 +37,7 @@ def run(
     save_at: Sequence[Raw] = (),
     start: Checkpoint | str | Path | None = None,
     autosave: str | Path | None = None,
-    autosave_every: float = AUTOSAVE_TIME,
+    autosave_every: Raw = AUTOSAVE_TIME,
 ) -> Result:
     """Run a scenario and return its result.
 
@@ -73,8 +73,8 @@ def run(
         A checkpoint with the same past, or its file, from which the run continues. The result equals that of the whole
         run to the last bit.
     autosave, autosave_every
-        File for automatic checkpoints, and computing time between them (s). If the same run is started again, it
-        continues from this file.
+        File for automatic checkpoints, and computing time between them (in s or as a text with a unit). If the same run
+        is started again, it continues from this file.
 
     Raises
     ------
@@ -87,7 +87,8 @@ def run(
         If the FMUs' own process crashed or had to be ended.
     """
     require_given("scenario", scenario)
-    saves = Saves(file=None if autosave is None else Path(autosave), every=autosave_every, moments=save_at)
+    every = quantity(autosave_every, "s", "autosave_every")
+    saves = Saves(file=None if autosave is None else Path(autosave), every=every, moments=save_at)
     start = as_checkpoint(start)
     with progress_bar(progress) as report:
         options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=report)

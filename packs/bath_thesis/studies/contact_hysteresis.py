@@ -152,8 +152,8 @@ def contact_laws(
     """
     v, stiffness, depth = (
         positive(speed, "m/s", "speed"),
-        positive(k_c, "N/m", "k-c"),
-        positive(delta_c, "m", "delta-c"),
+        positive(k_c, "N/m", "k_c"),
+        positive(delta_c, "m", "delta_c"),
     )
     require(LEAST_RESTITUTION <= restitution <= 1.0, "restitution", restitution, f"from {LEAST_RESTITUTION:g} to 1")
     m = journal_mass() if mass is None else positive(mass, "kg", "mass")

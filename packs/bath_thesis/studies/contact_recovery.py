@@ -26,6 +26,7 @@ from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.presentation.units import SIZES, speed_unit
 from amb_cosim.scenario.scenario import load_scenario
 from amb_files.checks import require, require_choice
+from amb_files.plain_values import listed
 from bath_thesis.studies.recovery_trials import (
     END,
     SCENARIO,
@@ -147,7 +148,7 @@ def recovery(
     """
     require_choice("flavour", flavour, FLAVOURS)
     require(1 <= instants <= 1000, "instants", instants, "from 1 to 1000")
-    alphas = [quantity(value, "1/s", "alpha") for value in listed(alpha)]
+    alphas = [quantity(value, "1/s", "alpha") for value in listed_values(alpha)]
     for value in alphas:
         require(value >= 0.0, "alpha", f"{value:g} 1/s", ">= 0 1/s")
     added = unbalances(steps)
@@ -188,13 +189,13 @@ def unbalances(raw: str | Sequence[Number]) -> list[float]:
     ValueError
         If one of the values is not a positive unbalance.
     """
-    return sorted({positive(value, UNIT, "steps") for value in listed(raw)})
+    return sorted({positive(value, UNIT, "steps") for value in listed_values(raw)})
 
 
-def listed(raw: str | Number | Sequence[Number]) -> Sequence[Number]:
+def listed_values(raw: str | Number | Sequence[Number]) -> Sequence[Number]:
     """Return the values of a sequence, a single value or a comma-separated string, whose last unit applies to all."""
     if not isinstance(raw, str):
-        return raw if isinstance(raw, Sequence) else [raw]
+        return listed(raw)
     parts = [part.strip() for part in raw.split(",")]
     unit = NUMBER.sub("", parts[-1], count=1)
     return [f"{part} {unit}" if NUMBER.fullmatch(part) else part for part in parts]

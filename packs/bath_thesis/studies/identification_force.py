@@ -113,8 +113,8 @@ def test_force(up_to: Number = "50 Hz") -> IdentificationForce:  # noqa: PT028  
     ValueError
         If `up_to` is not a speed above 5 Hz.
     """
-    highest = spin_speed(up_to, "up-to") / (2.0 * math.pi)
-    require(highest > LOWEST, "up-to", f"{highest:g} Hz", f"> {LOWEST:g} Hz")
+    highest = spin_speed(up_to, "up_to") / (2.0 * math.pi)
+    require(highest > LOWEST, "up_to", f"{highest:g} Hz", f"> {LOWEST:g} Hz")
     below = math.nextafter(JUMP, 0.0)
     grid = np.linspace(LOWEST, highest, round(POINTS_PER_HZ * (highest - LOWEST)) + 1)
     jump = [below, JUMP] if highest > JUMP else []

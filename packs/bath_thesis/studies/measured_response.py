@@ -143,8 +143,8 @@ def synchronous_response(
     R = levitated_receptance(description, speeds, k_b, c_b)
     continuous = _norm(levitated_receptance(description, chosen, k_b, c_b))
     settings = {
-        "rolac_controller.*.k_b_?": quantity(k_b, "N/m", "k-b"),
-        "rolac_controller.*.c_b_?": quantity(c_b, "N.s/m", "c-b"),
+        "rolac_controller.*.k_b_?": quantity(k_b, "N/m", "k_b"),
+        "rolac_controller.*.c_b_?": quantity(c_b, "N.s/m", "c_b"),
     }
     identification = identify(chosen.tolist(), rotor=rotor, set=settings, flavour=flavour, progress=progress)
     if identification.interruption:

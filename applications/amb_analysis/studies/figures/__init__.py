@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from amb_files.atomic import plain_file, write_file
+from amb_files.checks import as_path, require_kind
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +26,10 @@ def figure(result: DrawnResult) -> Figure:
     """
     import matplotlib as mpl
 
+    from amb_analysis.studies.result import DrawnResult
     from amb_cosim.presentation.style import STYLE
+
+    require_kind("result", result, DrawnResult, "the result of a study")
 
     with mpl.rc_context(STYLE):
         package = type(result).__module__.rpartition(".")[0]
@@ -50,9 +54,11 @@ def save(result: DrawnResult, folder: Path | str) -> Path:
     >>> sorted(file.name for file in folder.iterdir())
     ['campbell.json', 'campbell.png']
     """
+    from amb_analysis.studies.result import DrawnResult
     from amb_cosim.presentation.style import write_png
 
-    texts, folder = result.data_files(), Path(folder)
+    require_kind("result", result, DrawnResult, "the result of a study")
+    texts, folder = result.data_files(), as_path("folder", folder)
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         write_file(plain_file(folder, name), text)

@@ -37,7 +37,7 @@ from amb_assessment.assessment.physics.stability import instability
 from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.processes.blas import one_blas_thread
-from amb_files.checks import require_choice
+from amb_files.checks import as_path, require_choice
 from amb_files.suggestions import suggest
 
 
@@ -250,7 +250,7 @@ def assess(
     ['mode 1, 558 Hz, drive_end read at probe_de', 'mode 2, 1439 Hz, far_end read at probe_fe']
     """
     require_choice("flavour", flavour, FLAVOURS)
-    file = machine if isinstance(machine, MachineFile) else load_machine(machine)
+    file = machine if isinstance(machine, MachineFile) else load_machine(as_path("machine", machine))
     by_file = criteria_by_file(criteria or file.criteria)
     requested = tuple(item for of_file in by_file.values() for item in of_file)
     unknown = [name for name in only if name not in ANALYSES]

@@ -22,6 +22,7 @@ from pydantic_core import from_json
 from amb_cosim.cosim.fmu.component import FmuState
 from amb_cosim.cosim.system.differences import list_differences, list_other_sources
 from amb_files.atomic import write_atomically
+from amb_files.checks import as_path
 from array_types import Array, Indices
 
 VERSION, MOST_VERSION = 3, 1000
@@ -240,7 +241,7 @@ class Checkpoint:
 
 def as_checkpoint(start: Checkpoint | str | Path | None) -> Checkpoint | None:
     """Return a checkpoint, read from its file if necessary; raises ValueError like `Checkpoint.load`."""
-    return Checkpoint.load(start) if isinstance(start, str | Path) else start
+    return start if isinstance(start, Checkpoint | None) else Checkpoint.load(as_path("start", start))
 
 
 def _read_arrays(path: Path) -> dict[str, Any]:

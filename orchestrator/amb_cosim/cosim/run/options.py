@@ -57,7 +57,7 @@ class Saves:
         """
         points = [*self.points]
         for moment in self.moments:
-            points.append(plan.grid.nearest("moment", moment_of(moment, plan.period or None)))
+            points.append(plan.grid.nearest("moment", moment_of(moment, plan.period or None, "save_at")))
             if points[-1] > plan.last:
                 raise ValueError(
                     f"no state can be saved at {moment}, because the run ends at {plan.time(plan.last):.9g} s"

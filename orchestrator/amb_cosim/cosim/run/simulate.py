@@ -18,8 +18,10 @@ from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
+from amb_cosim.cosim.system.tables import time_of
 from amb_cosim.cosim.system.values import Raw
 from amb_files.atomic import plain_file
+from amb_files.checks import as_path
 from amb_files.suggestions import suggest
 
 
@@ -42,8 +44,8 @@ def simulate(
     flavour: Flavour = "native",
     loop: Loop = "compiled",
     progress: Progress | None = None,
-    step_size: float | None = None,
-    stop_time: float | None = None,
+    step_size: Raw | None = None,
+    stop_time: Raw | None = None,
     isolated: bool | None = None,
     save_at: Sequence[Raw] = (),
     start: Checkpoint | str | Path | None = None,
@@ -64,7 +66,7 @@ def simulate(
     progress
         Function that is called repeatedly with the number of finished steps and the number of all steps.
     step_size, stop_time
-        Communication step and end of the run (s), which replace the values in an SSP archive.
+        Communication step and end of the run, in s or as a text with a unit. They replace the values in an SSP archive.
     options
         Options of models, such as `rotor`, the name of a packaged rotor or a rotor file.
 
@@ -87,10 +89,11 @@ def simulate(
     """
     saves, start = Saves(moments=save_at), as_checkpoint(start)
     run_options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=progress)
-    if not isinstance(system, System) and Path(system).suffix == ".ssp":
+    if not isinstance(system, System) and as_path("system", system).suffix == ".ssp":
         from amb_cosim.cosim.ssp import load_ssp  # loads XML libraries
 
-        system, saved = load_ssp(system, step_size, stop_time)
+        times = (step_size, "step_size"), (stop_time, "stop_time")
+        system, saved = load_ssp(system, *(None if raw is None else time_of(raw, name) for raw, name in times))
         experiment = saved if experiment is None else replace(experiment, inputs={**saved.inputs, **experiment.inputs})
     elif not isinstance(system, System):
         if step_size is not None or stop_time is not None:

@@ -8,7 +8,7 @@ from copy import copy
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from amb_cosim.cosim.fmu.fmus import fmu_name
 from amb_cosim.cosim.system.system import UNCHANGED, Signal, System
-from amb_cosim.cosim.system.values import Raw, convert, is_zero
+from amb_cosim.cosim.system.values import Plain, Raw, convert, is_zero, plain_value
 from amb_files.suggestions import suggest
 from amb_files.wildcards import is_pattern, matching_names
 
@@ -69,7 +69,7 @@ class Assignments:
         ValueError
             If nothing has this name, if the variable cannot be set here, or if the value is not allowed.
         """
-        name, raw = self._divided(name, raw)
+        name, raw = self._divided(name, plain_value(raw, name))
         names = self.matching(name)
         component, variable = self.system.divide(name)
         text = self._text(component, variable)
@@ -202,7 +202,7 @@ class Assignments:
         start = self.interfaces[component].port(variable, component).start or 0.0
         return self.parameters[component].get(variable, start)
 
-    def _divided(self, name: str, raw: Raw) -> tuple[str, Raw]:
+    def _divided(self, name: str, raw: Plain) -> tuple[str, Plain]:
         """Split `name=raw` at the `=` after the longest existing name; return this name, and the rest as its value."""
         if "=" not in name or not isinstance(raw, str) or self._is_name(name):
             return name, raw

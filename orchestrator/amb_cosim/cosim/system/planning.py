@@ -19,8 +19,9 @@ from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChang
 from amb_cosim.cosim.system.replacement import notices
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
 from amb_cosim.cosim.system.system import Component, System
-from amb_cosim.cosim.system.values import Raw
+from amb_cosim.cosim.system.values import Raw, plain_value
 from amb_files.checks import errors_in
+from amb_files.plain_values import plain_values
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matches, matching_names
 from fmi_export.variables import OverStep
@@ -53,7 +54,7 @@ def experiment_plan(
     with errors_in(experiment.source):
         for name, raw in experiment.inputs.items():
             values.set_first(name, raw)
-    for name, raw in (settings or {}).items():
+    for name, raw in plain_values(settings, "set").items():
         values.set(name, raw)
     with errors_in(experiment.source):
         return _planned(experiment, assembly, values)
@@ -221,7 +222,7 @@ def _held(profile: Profile, values: Assignments, grid: TimeGrid, last: int) -> t
     at: dict[int, float] = {}
     for row, (time, raw) in enumerate(profile.points, 2):
         with errors_in(f"row {row} of profile {profile.file}") if profile.file else nullcontext():
-            name, value = read(raw)
+            name, value = read(plain_value(raw, profile.variable))
             if not at or time <= grid.time(last):
                 at[grid.nearest(f"point of {profile.variable}", time)] = value
     start = values.start_value(profile.variable) if profile.unit is None else next(iter(at.values()))

@@ -3,19 +3,39 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import Annotated, Any, Literal, cast
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, StrictBool, StrictFloat, StrictInt, StrictStr
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    StrictBool,
+    StrictFloat,
+    StrictInt,
+    StrictStr,
+)
 from pydantic_core import CoreSchema, PydanticKnownError
 from pydantic_core.core_schema import no_info_before_validator_function
 
-from amb_cosim.cosim.system.values import Raw, quantity, stated
+from amb_cosim.cosim.system.values import Raw, plain_value, quantity, stated
 from amb_files.validation_errors import Allowed
+
+
+def _plain(value: object) -> object:
+    """Return a user's value as a value of TOML; anything else is left to the checks of the table."""
+    with suppress(ValueError):
+        return plain_value(value, "value")
+    return value
+
 
 Value = Annotated[
     StrictBool | StrictInt | StrictFloat | StrictStr,
     Field(union_mode="smart"),
     Allowed("a number, true, false, or a string with a unit"),
+    BeforeValidator(_plain),
 ]
 Values = dict[str, Value]
 Cycles = Annotated[float, Field(ge=-1e9, le=1e9)]
@@ -97,7 +117,7 @@ def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.
     return value
 
 
-def moment_of(raw: Raw, period: float | None) -> float:
+def moment_of(raw: Raw, period: float | None, name: str = "moment") -> float:
     """Convert a time such as `cycle 5` (of `period` s) or `0.3 s` to s; it must be 0 or later.
 
     Raises
@@ -105,9 +125,10 @@ def moment_of(raw: Raw, period: float | None) -> float:
     ValueError
         If it is not a time, or is stated in cycles although there are none.
     """
+    raw = plain_value(raw, name)
     word, _, number = str(raw).strip().partition(" ")
     if word != "cycle":
-        return time_of(raw, "moment", least=0.0)
+        return time_of(raw, name, least=0.0)
     if period is None:
         raise ValueError(f"{raw} is not allowed, because the run has no cycles; it must be a time, such as 0.3 s")
     cycle = quantity(number, "1", "moment in cycles")

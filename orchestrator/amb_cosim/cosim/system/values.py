@@ -6,10 +6,12 @@ import math
 import re
 
 from amb_cosim.cosim.fmu.fmu_interface import Port, UnitDefinition
+from amb_files.plain_values import Plain as Plain
+from amb_files.plain_values import Raw as Raw
+from amb_files.plain_values import plain_value as plain_value
 from fmi_export.building.number_texts import plain_forms
 from fmi_export.building.units import COMMON, SI, parse_unit, to_unit
 
-Raw = bool | int | float | str
 RPM = 30.0 / math.pi  # 1/min per rad/s
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*\S)\s*")
@@ -23,13 +25,14 @@ def quantity(raw: Raw, unit: str, name: str) -> float:
     ValueError
         If `raw` is not a finite number, or has an unknown unit or a unit of another dimension.
     """
+    raw = plain_value(raw, name)
     value = _number(raw, unit, name)
     if not math.isfinite(value):
         raise ValueError(f"{name} = {raw} is not allowed; it must be finite")
     return value
 
 
-def _number(raw: Raw, unit: str, name: str) -> float:
+def _number(raw: Plain, unit: str, name: str) -> float:
     """Convert `raw` as `quantity` does; infinities and NaN are left to the caller."""
     if isinstance(raw, bool):
         raise ValueError(f"{name} = {str(raw).lower()} is not a number")
@@ -38,6 +41,7 @@ def _number(raw: Raw, unit: str, name: str) -> float:
 
 def plain_number(raw: Raw) -> float | None:
     """Return a number without a unit, which may be given as text; None for a Boolean or any other text."""
+    raw = plain_value(raw, "value")
     if isinstance(raw, bool):
         return None
     try:
@@ -48,6 +52,7 @@ def plain_number(raw: Raw) -> float | None:
 
 def stated(value: str, raw: Raw) -> str:
     """Return a converted value for a message, followed by the user's text if this text contains a unit."""
+    raw = plain_value(raw, "value")
     is_other = isinstance(raw, str) and plain_number(raw) is None and raw.split() != value.split()
     return f"{value} ({raw})" if is_other else value
 
@@ -60,6 +65,7 @@ def convert(raw: Raw, port: Port, name: str) -> float:
     ValueError
         If the port does not accept it; the message names the value and the allowed values.
     """
+    raw = plain_value(raw, name)
     if port.type == "Boolean":
         number = {"true": 1.0, "false": 0.0}.get(str(raw).strip().lower(), plain_number(raw))
         if number not in (0.0, 1.0):
@@ -79,7 +85,7 @@ def convert(raw: Raw, port: Port, name: str) -> float:
     return value
 
 
-def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
+def _in_unit_of(port: Port, raw: Plain, name: str) -> float:
     """Convert `raw` to a number in the unit of a variable; units that the FMU defines have the meaning defined there.
 
     With the FMU's definitions of both units, b = F v + O in the same base units, the number is (F v + O - O') / F'.
@@ -89,7 +95,7 @@ def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
     return value if match is None else value - _in_absolute_unit_of(port, f"0 {match[2]}", name)
 
 
-def _in_absolute_unit_of(port: Port, raw: Raw, name: str) -> float:
+def _in_absolute_unit_of(port: Port, raw: Plain, name: str) -> float:
     """Convert `raw` as an absolute quantity, with the offsets of units."""
     port_unit, match = port.unit or "1", _QUANTITY.fullmatch(raw) if isinstance(raw, str) else None
     if match is None or match[2] == port_unit or (match[2], port_unit) in COMMON or plain_forms(match[0]):
@@ -134,6 +140,7 @@ def _base(definition: UnitDefinition) -> str:
 
 def is_zero(raw: Raw) -> bool:
     """Return whether a value is `false` or 0, in any unit."""
+    raw = plain_value(raw, "value")
     if isinstance(raw, str):
         text = raw.strip().lower()
         return text == "false" or re.fullmatch(r"[+-]?(0+\.?0*|\.0+)(e[+-]?\d+)?(\s*[^\W\d].*)?", text) is not None

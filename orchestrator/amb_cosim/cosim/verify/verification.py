@@ -11,6 +11,7 @@ from amb_cosim.cosim.errors import ProcessFailed
 from amb_cosim.cosim.fmu.fmus import Fmu, note_first_loading
 from amb_cosim.cosim.processes.child_process import child_process, how_it_ended
 from amb_cosim.cosim.run.isolation import ERROR, LONGEST_SILENCE, RECORDING, messages_of, next_message
+from amb_files.checks import as_path
 
 TOLERANCE = 1e-6  # of the largest value of a variable; results of different machines agree within this
 MOST_TOLERANCE = 1e-3  # of the same; the largest tolerance that an experiment may set
@@ -104,7 +105,7 @@ def verify(fmu: str | Path) -> list[Verified]:
     >>> [(result.experiment, result.failure) for result in verify(fmu)]
     [('smoke_test', '')]
     """
-    path = Path(fmu)
+    path = as_path("fmu", fmu)
     if not path.is_file():
         raise ValueError(f"there is no FMU {fmu}")
     folder = unpacked(path, f"FMU {fmu}")
