@@ -14,10 +14,10 @@ def require_speed_units(data: object, keys: Collection[str], place: str = "") ->
 
     Examples
     --------
-    >>> require_speed_units({"seals": [{"at_speed": [{"speed": 0.0}, {"speed": 12000}]}]}, {"speed"})
+    >>> require_speed_units({"seals": [{"speed": 0.0}, {"speed": 12000}]}, {"speed"})
     Traceback (most recent call last):
         ...
-    ValueError: seals[0].at_speed[1].speed = 12000 has no unit; write for example '12000 rpm' or '12000 rad/s'
+    ValueError: seals[1].speed = 12000 has no unit; write for example '12000 rpm', '12000 Hz' or '12000 rad/s'
     """
     if isinstance(data, dict):
         for key, value in data.items():
@@ -39,7 +39,9 @@ def require_speed_unit(written: object, name: str = "Omega") -> None:
             return
         value = written.strip()
         if not is_zero:
-            raise ValueError(f"{name} = {value} has no unit; write for example '{value} rpm' or '{value} rad/s'")
+            raise ValueError(
+                f"{name} = {value} has no unit; write for example '{value} rpm', '{value} Hz' or '{value} rad/s'"
+            )
 
 
 def with_speed_units(data: Any, keys: Collection[str]) -> Any:

@@ -61,7 +61,8 @@ PER_MINUTE = (
     *("1/min", "/min", "min-1", "min^-1", "min⁻¹", "r/min", "rev/min", "revs/min", "U/min", "tr/min", "1/minute"),
     *("RPM", "Rpm", "rpm", "cpm", "CPM"),
 )
-PER_SECOND = ("1/s", "s-1", "Hz", "cps", "rev/s")
+PER_SECOND = ("Hz", "cps", "rev/s")
+RECIPROCAL = ("1/s", "s-1", "s^-1", "/s", "1/second")  # of revolutions or of radians
 VALUES = [
     ("0.75 mm", "m", 0.75e-3),
     ("25 g.m", "kg.m", 25e-3),
@@ -80,7 +81,9 @@ VALUES = [
     *((f"1000 {spelled}", "rad/s", 104.719755119660) for spelled in PER_MINUTE),
     *((f"1000 {spelled}", "Hz", 1000.0 / 60.0) for spelled in PER_MINUTE),
     *((f"60 {spelled}", "rad/s", 376.991118430775) for spelled in PER_SECOND),
-    *(("376.991118430775 rad/s", spelled, 60.0) for spelled in PER_SECOND),
+    *((f"1000 {spelled}", "Hz", 1000.0) for spelled in RECIPROCAL),
+    *((f"7 {spelled}", "1/s", 7.0) for spelled in ("1/s", "s-1", "Hz")),
+    ("376.991118430775 rad/s", "Hz", 60.0),
     ("3 1/min/s", "rad/s2", 3 * 2 * math.pi / 60),
     ("5 N.m", "N.m/rad", 5.0),
     ("2 rad", "1", 2.0),
@@ -294,3 +297,22 @@ def test_a_unit_that_fmi_cannot_state_and_one_of_another_dimension_are_refused()
 
 def test_every_usual_display_unit_can_be_converted():
     assert all(display_unit(unit, name)["factor"] > 0.0 for unit, name in DISPLAYED.items())
+
+
+AMBIGUOUS = [
+    *((f"100 {spelled}", "rad/s", ("100 rad/s", "100 Hz")) for spelled in RECIPROCAL),
+    ("0.1 1/ms", "rad/s", ("100 rad/s", "100 Hz")),
+    ("3 1/s2", "rad/s2", ("3 rad/s2", "3 turn/s2")),
+    ("7 rad/s", "1/s", ("7 1/s", f"{7 / (2 * math.pi):.9g} 1/s")),
+    ("60 rpm", "1/s", (f"{2 * math.pi:.9g} 1/s", "1 1/s")),
+]
+
+
+@pytest.mark.parametrize(("text", "unit", "readings"), AMBIGUOUS)
+def test_a_reciprocal_second_is_refused_for_an_angular_velocity_with_both_readings(text, unit, readings):
+    """100 1/s was taken for 628 rad/s, while 1/s of a rate of growth is 1/s."""
+    with raises_naming(ValueError, "speed", *readings):
+        to_unit(text, unit, "speed")
+    radians, revolutions = (to_unit(reading, unit, "speed") for reading in readings)
+    ratio = revolutions / radians
+    assert ratio == pytest.approx(2 * math.pi) or 1 / ratio == pytest.approx(2 * math.pi)

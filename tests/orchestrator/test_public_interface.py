@@ -161,6 +161,28 @@ def test_values_that_are_no_single_number_in_a_fitting_unit_are_refused(wrong):
         quantity(wrong, "s", "time")
 
 
+SPEEDS = {
+    "Omega": lambda speed: amb_cosim.run("drop", set={"Omega": speed}),
+    "rotor_contact.Omega": lambda speed: amb_cosim.run("drop", set={"rotor_contact.Omega": speed}),
+    "up_to": lambda speed: studies.campbell("compressor", up_to=speed),
+    "speeds": lambda speed: studies.modes("compressor", speeds=speed),
+    "speed": lambda speed: studies.campbell("compressor", speed=speed),
+}
+
+
+@pytest.mark.parametrize("argument", SPEEDS)
+@pytest.mark.parametrize("text", ["300", "300 1/s"])
+def test_a_speed_as_text_needs_a_unit_with_one_meaning(argument, text):
+    """The same text was 300 rad/s, 1885 rad/s, or refused."""
+    with raises_naming(ValueError, argument.rpartition(".")[2], "300", "300 Hz", "300 rad/s"):
+        SPEEDS[argument](text)
+
+
+def test_a_time_as_text_without_a_unit_is_in_seconds_as_a_number_is():
+    assert amb_cosim.run("drop", until="0.02", progress=False).outcome.time == pytest.approx(0.02)
+    assert quantity("3", "m", "length") == quantity(3, "m", "length")
+
+
 @pytest.mark.parametrize("wrong", ["Omega=1", [("Omega", 1)], {1: 2}], ids=["text", "pairs", "number"])
 def test_settings_that_are_no_table_are_refused(wrong):
     with raises_naming(ValueError, "set"):

@@ -255,8 +255,8 @@ def _of_si(unit: str) -> dict[str, float | int] | None:
 def to_unit(text: str | float, unit: str, name: str) -> float:
     """Convert `text`, such as `0.75 mm` or `25 g.m`, to a number in `unit`, which is also its default unit.
 
-    Reciprocal times (Hz, 1/min, 1/s) count revolutions if they are converted to or from an angular velocity. For
-    example, 3000 1/min are 50 Hz and 314 rad/s.
+    Hz and 1/min count revolutions if they are converted to an angular velocity or from it: 3000 1/min are 50 Hz and
+    314 rad/s. A reciprocal second is refused there, because it may count radians or revolutions.
 
     Raises
     ------
@@ -330,7 +330,10 @@ def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, w
                     raise ValueError(
                         f"{text_unit} means an angle of 2 pi, not a number; write the number without a unit"
                     )
-                return float(converted(exact) * _revolution(text_unit, unit))
+                value, turns = converted(exact), _revolution(text_unit, unit)
+                if turns != 1 and (readings := _readings(value, turns, text_unit, unit)):
+                    raise ValueError(readings)
+                return float(value * turns)
         return float(converted(number))
     except pint.DimensionalityError as error:
         hint = advice(text_unit)
@@ -345,6 +348,30 @@ def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, w
         raise ValueError(f"{what} has unit {text_unit}, which cannot be converted to {unit}{hint}") from error
     except ValueError as error:  # of `parse_unit`
         raise ValueError(f"{what}: {error}") from error
+
+
+def _readings(value: float | Fraction, turns: Fraction, text_unit: str, unit: str) -> str:
+    """Return both readings of a conversion between 1/s and an angular velocity; empty for Hz, 1/min and the like.
+
+    A reciprocal second is the unit of a rate, of revolutions and, because a radian is a number, of an angular velocity.
+    A name such as Hz or rev/s means revolutions, and 1/min those of a machine.
+
+    Parameters
+    ----------
+    value
+        The number in `unit` if a radian is a number.
+    turns
+        Factor for counting revolutions, 2 pi or 1/(2 pi).
+    """
+    reciprocal = text_unit if turns > 1 else unit
+    if any(not str(name).endswith("second") for name in registry().Unit(parse_unit(reciprocal))._units):
+        return ""
+    revolutions_unit = {"rad/s": "Hz"}.get(unit, unit.replace("rad", "turn")) if turns > 1 else unit
+    revolutions = float(value if turns > 1 else value * turns)
+    return (
+        f"{text_unit} may count radians or revolutions; write '{float(value):.9g} {unit}' or "
+        f"'{revolutions:.9g} {revolutions_unit}'"
+    )
 
 
 def _revolution(text_unit: str, unit: str) -> Fraction:

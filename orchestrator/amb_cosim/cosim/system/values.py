@@ -9,12 +9,14 @@ from amb_cosim.cosim.fmu.fmu_interface import Port, UnitDefinition
 from amb_files.plain_values import Plain as Plain
 from amb_files.plain_values import Raw as Raw
 from amb_files.plain_values import plain_value as plain_value
+from amb_files.speed_units import require_speed_unit
 from fmi_export.building.number_texts import plain_forms
 from fmi_export.building.units import COMMON, SI, parse_unit, to_unit
 
 RPM = 30.0 / math.pi  # 1/min per rad/s
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*\S)\s*")
+TURNING = ("rad/s", "Hz")  # units of speeds and frequencies, for which a text without a unit may mean rpm
 
 
 def quantity(raw: Raw, unit: str, name: str) -> float:
@@ -23,9 +25,12 @@ def quantity(raw: Raw, unit: str, name: str) -> float:
     Raises
     ------
     ValueError
-        If `raw` is not a finite number, or has an unknown unit or a unit of another dimension.
+        If `raw` is not a finite number, has an unknown unit or a unit of another dimension, or is a speed or frequency
+        as a text without a unit.
     """
     raw = plain_value(raw, name)
+    if unit in TURNING:
+        require_speed_unit(raw, name)
     value = _number(raw, unit, name)
     if not math.isfinite(value):
         raise ValueError(f"{name} = {raw} is not allowed; it must be finite")
@@ -75,6 +80,8 @@ def convert(raw: Raw, port: Port, name: str) -> float:
         if raw.strip() not in port.items:
             raise ValueError(f"{name} = {raw} is not allowed; it must be {port.allowed()}")
         return float(port.items[raw.strip()])
+    if port.unit in TURNING:
+        require_speed_unit(raw, name)
     value = _in_unit_of(port, raw, name)
     is_allowed = value in port.items.values() if port.items else port.minimum <= value <= port.maximum
     if port.type == "Integer" and not port.items and value != math.floor(value if math.isfinite(value) else 0.5):
