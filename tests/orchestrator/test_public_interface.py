@@ -1,6 +1,8 @@
 """The Python interface of the package, and the command line as a thin layer over it."""
 
+import copy
 import inspect
+import pickle
 import re
 from fractions import Fraction
 from pathlib import Path
@@ -261,6 +263,48 @@ def test_a_changed_scenario_is_checked_and_the_original_unchanged():
         base.changed(end_cycles=3)
     with raises_naming(ValueError, "end_cycle", "-1"):
         base.changed(end_cycle=-1)
+
+
+CHANGES = {
+    "inputs": lambda s: s.inputs.update(rotor_contact={}),
+    "parameters of a component": lambda s: s.parameters["rotor_contact"].__setitem__("rb1.mu", 0.5),
+    "set of an event": lambda s: s.event[0].set.clear(),
+    "fmu": lambda s: s.fmu.setdefault("rolac_controller", "own.fmu"),
+    "Omega": lambda s: setattr(s, "Omega", 3.0),
+}
+
+
+@pytest.mark.parametrize("what", CHANGES)
+def test_no_part_of_a_scenario_can_be_changed(what):
+    scenario = amb_cosim.Scenario.load("drop")
+    same = pickle.loads(pickle.dumps(scenario))
+    for each in (scenario, same, copy.deepcopy(scenario)):
+        with pytest.raises((TypeError, AttributeError), match="immutable"):
+            CHANGES[what](each)
+    assert scenario == same
+    assert hash(scenario) == hash(same)
+
+
+@pytest.mark.parametrize(
+    ("fields", "facts"),
+    [
+        ({"Omega": "100"}, ("Omega", "100", "100 rad/s")),
+        ({"Omega": -1.0}, ("Omega", ">= 0 rpm")),
+        ({"rotor": "nosuch"}, ("rotor", "'nosuch'", "compressor")),
+        ({"system": "nosuch"}, ("system", "'nosuch'", "levitated")),
+        ({"receptances": "nosuch.toml"}, ("receptances", "nosuch.toml")),
+        ({"coupling": "nosuch"}, ("coupling", "'nosuch'", "'jacobi'")),
+        ({"end_time": 1.0}, ("end_cycle", "end_time")),
+        ({"tilt": "90 deg"}, ("tilt", "gravity")),
+        ({"end_cycles": 3}, ("end_cycles", "end_cycle")),
+    ],
+)
+def test_a_scenario_is_checked_when_it_is_built(fields, facts):
+    right = {"Omega": 100.0, "end_cycle": 3}
+    assert amb_cosim.Scenario(**right).initial_speed == 100.0
+    with raises_naming(ValueError, *facts) as error:
+        amb_cosim.Scenario(**right | fields)
+    assert "pydantic" not in str(error.value)
 
 
 def test_check_reports_settings_that_the_components_lack():

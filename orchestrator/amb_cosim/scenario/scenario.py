@@ -6,21 +6,22 @@ import math
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tomli_w
-from pydantic import Field
+from pydantic import AfterValidator, Field, ValidationError
 
 from amb_cosim.cosim.choices import Coupling, Role, Settling
 from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.system_tables import Record
-from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
+from amb_cosim.cosim.system.tables import ByComponent, Table, Value, time_of
 from amb_cosim.cosim.system.values import Raw, quantity, stated
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import (
     SPEEDS,
+    check_exists,
     overlaid,
     packaged_scenarios,
     read_scenario,
@@ -41,9 +42,10 @@ from amb_cosim.scenario.rotors import (
 from amb_cosim.scenario.scenario_tables import Event, InputProfile, Plot, SpeedPoint, Stop
 from amb_files.atomic import write_file
 from amb_files.checks import errors_in, require, require_kind
+from amb_files.frozen_table import FrozenTable
 from amb_files.pack_file import default
 from amb_files.speed_units import require_speed_unit, with_speed_units
-from amb_files.toml import validate
+from amb_files.validation_errors import sentences
 
 _MACHINE = (  # fields that define the machine and its parameters
     *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "tilt"),
@@ -131,9 +133,9 @@ class Scenario(Table):
     """End of the run in seconds."""
     unbalance_factor: float = Field(default=1.0, gt=0.0, le=1e9)
     """Factor for every unbalance (input in kg.m) that the scenario sets."""
-    inputs: dict[str, Values] = Field(default={})
+    inputs: ByComponent = Field(default=FrozenTable())
     """Initial values of inputs, by component."""
-    parameters: dict[str, Values] = Field(default={})
+    parameters: ByComponent = Field(default=FrozenTable())
     """Parameters, by component."""
     event: tuple[Event, ...] = ()
     """Changes during the run."""
@@ -147,8 +149,17 @@ class Scenario(Table):
     """Recorded variables."""
     plot: Plot = Plot()
     """Figures."""
-    fmu: dict[str, FmuField] = Field(default={})
+    fmu: Annotated[dict[str, FmuField], AfterValidator(FrozenTable)] = Field(default=FrozenTable())
     """FMUs or controller files that replace components; in Python also a `LinearController`."""
+
+    if not TYPE_CHECKING:  # type checkers derive the arguments from the fields
+
+        def __init__(self, **fields: Any) -> None:
+            try:
+                super().__init__(**fields)
+            except ValidationError as error:
+                raise ValueError("\n".join(sentences(error, Scenario, fields))) from error
+            _check(self)
 
     @classmethod
     def load(cls, name: str | Path) -> Scenario:
@@ -341,18 +352,28 @@ def as_scenario(
 
 def make_scenario(data: dict[str, Any], name: str) -> Scenario:
     """Return a scenario from the content of its TOML file. Raises ValueError as `load_scenario` does."""
-    what = f"scenario {name}"
-    scenario = validate({"name": Path(name).stem} | data, Scenario, what)
-    with errors_in(what):
-        period = scenario.period
-        _check_events(scenario, period)
-        _check_speeds(scenario, period)
-        for stop in scenario.stop:
-            stop.condition(period)
-        if tilt_of(scenario.tilt) and scenario.gravity is None:
-            raise ValueError(f"tilt = {scenario.tilt} requires gravity, because tilt only sets its direction")
-        _ = scenario.step_size("gauss_seidel"), scenario.end(period)  # both raise for wrong values
-    return scenario
+    try:
+        return Scenario(**{"name": Path(name).stem} | data)
+    except ValueError as error:
+        raise ValueError("\n".join(f"scenario {name}: {line}" for line in str(error).splitlines())) from error
+
+
+def _check(scenario: Scenario) -> None:
+    """Raise ValueError if a scenario names a file that does not exist, or if its fields contradict each other.
+
+    FMUs may be built later; a run looks for them.
+    """
+    files = {"system": scenario.system, "rotor": scenario.rotor, "receptances": scenario.receptances}
+    for key, value in files.items():
+        check_exists(key, value)
+    period = scenario.period
+    _check_events(scenario, period)
+    _check_speeds(scenario, period)
+    for stop in scenario.stop:
+        stop.condition(period)
+    if tilt_of(scenario.tilt) and scenario.gravity is None:
+        raise ValueError(f"tilt = {scenario.tilt} requires gravity, because tilt only sets its direction")
+    _ = scenario.step_size("gauss_seidel"), scenario.end(period)  # both raise for wrong values
 
 
 def _check_events(scenario: Scenario, period: float) -> None:

@@ -12,7 +12,7 @@ from amb_cosim.cosim.choices import Role
 from amb_cosim.cosim.system.experiment import Profile
 from amb_cosim.cosim.system.stopping import StopCondition
 from amb_cosim.cosim.system.system_tables import ProfileTable
-from amb_cosim.cosim.system.tables import Cycles, Table, Value, Values
+from amb_cosim.cosim.system.tables import ByComponent, Cycles, Table, Value
 from amb_cosim.cosim.system.values import is_zero, quantity
 from amb_files.validation_errors import Allowed
 
@@ -65,7 +65,7 @@ class _Named(Table):
 class Event(_Named, _Moment):
     """New values that inputs and tunable parameters have from a point in time on."""
 
-    set: dict[str, Values]
+    set: ByComponent
     """New values, by component and variable."""
 
     @property

@@ -8,7 +8,8 @@ from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Profile
 from amb_cosim.cosim.system.profile_file import profiles_of
 from amb_cosim.cosim.system.stopping import StopCondition
-from amb_cosim.cosim.system.tables import Count, Table, Value, Values, time_of
+from amb_cosim.cosim.system.tables import ByComponent, Count, Table, Value, Values, time_of
+from amb_files.frozen_table import FrozenTable
 
 LONGEST = 1e12  # s, of times in a file
 
@@ -147,7 +148,7 @@ class ExperimentTable(Table):
     """End of the run; the last step is shortened if necessary."""
     start_time: Value = 0.0
     """Start of the run, and of the record."""
-    inputs: Values = Field(default={})
+    inputs: Values = Field(default=FrozenTable())
     """Initial values of inputs and shared signals."""
     event: tuple[EventTable, ...] = ()
     """Changes during the run."""
@@ -192,7 +193,7 @@ class SystemTable(Table):
     """Coupling: each component uses the newest values, all use values of the previous step, or steps are repeated."""
     unrecorded: tuple[str, ...] = ()
     """Patterns of variables that are recorded only if named."""
-    parameters: dict[str, Values] = Field(default={})
+    parameters: ByComponent = Field(default=FrozenTable())
     """Parameters, by component."""
     component: tuple[ComponentTable, ...] = Field(min_length=1)
     """The components, in the order in which they step."""

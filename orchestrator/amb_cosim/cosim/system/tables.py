@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import Annotated, Any, Literal, cast
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -21,6 +22,7 @@ from pydantic_core import CoreSchema, PydanticKnownError
 from pydantic_core.core_schema import no_info_before_validator_function
 
 from amb_cosim.cosim.system.values import Raw, plain_value, quantity, stated
+from amb_files.frozen_table import FrozenTable
 from amb_files.validation_errors import Allowed
 
 
@@ -37,7 +39,8 @@ Value = Annotated[
     Allowed("a number, true, false, or a string with a unit"),
     BeforeValidator(_plain),
 ]
-Values = dict[str, Value]
+Values = Annotated[dict[str, Value], AfterValidator(FrozenTable)]
+ByComponent = Annotated[dict[str, Values], AfterValidator(FrozenTable)]
 Cycles = Annotated[float, Field(ge=-1e9, le=1e9)]
 Count = Annotated[int, Field(ge=1, le=10**12)]
 
@@ -72,6 +75,11 @@ class Table(BaseModel):
     """An immutable TOML table that refuses unknown keys, and `true` and `false` in place of numbers."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_by_name=True, validate_by_alias=True)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuse a change, in a sentence instead of pydantic's."""
+        kind = type(self).__name__
+        raise AttributeError(f"{kind} is immutable: {name} cannot be changed; make a changed copy instead")
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
