@@ -98,6 +98,13 @@ def plain_file(folder: Path, name: str) -> Path:
     return path
 
 
+def remove_files(folder: Path, names: Iterable[str]) -> None:
+    """Remove the files and links of these names from a folder, if they are there."""
+    for name in names:
+        if plain_file(folder, name).is_file():
+            (folder / name).unlink()
+
+
 def write_file(path: Path, content: str | bytes) -> None:
     """Write bytes or text (as UTF-8) to a file atomically; see `write_atomically`."""
     if isinstance(content, str):

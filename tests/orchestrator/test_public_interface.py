@@ -1,9 +1,11 @@
 """The Python interface of the package, and the command line as a thin layer over it."""
 
+import _thread
 import copy
 import inspect
 import pickle
 import re
+import threading
 from fractions import Fraction
 from pathlib import Path
 from typing import Literal, SupportsFloat, get_args, get_origin, get_type_hints
@@ -18,7 +20,9 @@ from amb_analysis.measured.records import Measurement, Modes
 from amb_analysis.studies.inputs import spin_speeds
 from amb_cosim import studies
 from amb_cosim.controllers.linear_controller import linear_controller
+from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.values import quantity
+from amb_cosim.presentation.units import speed_unit
 from amb_sweeps.axes import read_variations
 from tests.support.messages import raises_naming
 
@@ -251,6 +255,69 @@ def test_a_saved_result_is_loaded_without_loss(result, tmp_path):
     assert again.summary == result.summary
     with pytest.raises(ValueError, match="no result"):
         amb_cosim.Result.load(tmp_path)
+
+
+def test_a_folder_keeps_no_figure_of_the_run_that_was_saved_there_before(result, tmp_path):
+    def figures():
+        return {path.stem for path in tmp_path.glob("*.png")}
+
+    result.save(tmp_path)
+    assert "contact" in figures()
+    levitated = amb_cosim.run(MACHINE, until=0.02, progress=False)
+    levitated.save(tmp_path)
+    assert figures() == {"orbits", "displacement", "magnets"}
+    result.save(tmp_path, plots=False)
+    assert figures() == set()
+
+
+def press_ctrl_c(*_):
+    """Interrupt the main thread as Ctrl-C does, at the first report of progress."""
+    _thread.interrupt_main()
+
+
+def test_ctrl_c_ends_a_loop_over_runs_and_the_error_carries_the_run_until_then():
+    started = []
+
+    def run_all():
+        for speed in (250, 260, 270):
+            started.append(speed)
+            amb_cosim.run("drop", set={"Omega": speed}, progress=press_ctrl_c)
+
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        run_all()
+    assert started == [250]
+    assert interrupt.value.result.outcome.status == "interrupted"
+    assert interrupt.value.result.scenario == "drop"
+
+
+def test_ctrl_c_in_a_comparison_carries_the_comparison_of_the_runs_until_then(result):
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        amb_cosim.compare(result, "drop", "fig4_9", progress=press_ctrl_c)
+    assert [side.label for side in interrupt.value.result.sides] == ["fig4_9", "drop"]
+
+
+def test_ctrl_c_in_the_last_step_of_a_simulation_is_not_lost():
+    settings = {"Omega": "9000 rpm"}
+    system, experiment = amb_cosim.load_system("passive"), Experiment(1e-4, 0.05)
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        amb_cosim.simulate(system, experiment, set=settings, rotor="compressor", progress=press_ctrl_c)
+    assert interrupt.value.result.outcome.status == "interrupted"
+
+
+def test_units_that_one_thread_chooses_leave_those_of_others():
+    shown = []
+    with amb_cosim.units("rad/s"):
+        threads = [threading.Thread(target=lambda: shown.append(speed_unit().name)) for _ in range(2)]
+        threads[0].start()
+        assert speed_unit().name == "rad/s"
+        threads[1].start()
+        for thread in threads:
+            thread.join()
+    assert shown == ["rpm", "rpm"]
+    other = threading.Thread(target=amb_cosim.units, args=("rad/s",))
+    other.start()
+    other.join()
+    assert speed_unit().name == "rpm"
 
 
 def test_a_changed_scenario_is_checked_and_the_original_unchanged():

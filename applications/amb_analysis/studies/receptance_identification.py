@@ -22,6 +22,7 @@ from amb_analysis.studies.receptance_measurement import (
 )
 from amb_analysis.studies.result import WarnedResult
 from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.errors import Interrupted
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.model_constants.controller_data import SPEEDS, condition_number
@@ -139,6 +140,8 @@ def identify(
     ------
     ValueError
         If an argument is not allowed, or the table in the file belongs to another rotor or control loop.
+    Interrupted
+        If Ctrl-C ends it. This is a KeyboardInterrupt; its attribute `result` has the speeds until then.
 
     Examples
     --------
@@ -167,7 +170,10 @@ def identify(
             if result.interrupted:
                 break
     warnings = dict.fromkeys(sentence for machine in runs for sentence in machine.prepared.warnings)
-    return Identification(tuple(chosen_speeds), tuple(results), table, warnings=tuple(warnings))
+    identification = Identification(tuple(chosen_speeds), tuple(results), table, warnings=tuple(warnings))
+    if identification.interruption:
+        raise Interrupted(identification.interruption, identification)
+    return identification
 
 
 @contextmanager

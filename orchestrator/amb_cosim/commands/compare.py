@@ -11,6 +11,7 @@ import click
 
 from amb_cosim.commands.cli_errors import Failed, interrupted, refuse_empty_record, refusing
 from amb_cosim.commands.options import ALL, NO_PLOTS, UNITS, UNTIL, output, parse_settings
+from amb_cosim.cosim.errors import computed_by
 from amb_files.atomic import check_writable
 
 NUMBERED = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
@@ -62,7 +63,8 @@ def compare(
         count = len(sources)
         flavour: Any = _last(flavours, count, "--flavour") or "native"
         settings_by_run = [parse_settings(texts) for texts in _by_run(settings, count, "--set")]
-        result = comparison.compare(
+        result = computed_by(
+            comparison.compare,
             *sources,
             set=settings_by_run if _names_run(settings) else settings_by_run[0] if settings_by_run else None,
             rotor=_last(rotors, count, "--rotor"),

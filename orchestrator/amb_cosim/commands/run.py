@@ -24,6 +24,7 @@ from amb_cosim.commands.options import (
     output,
     results_of,
 )
+from amb_cosim.cosim.errors import computed_by
 from amb_files.atomic import check_writable, plain_file, write_file
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def run(
             check_writable(summary_file, is_folder=False)
         file = plain_file(folder, AUTOSAVED)
         options["autosave"] = file if autosave else None
-        result = simulation.run(name, **options, autosave_every=autosave)
+        result = computed_by(simulation.run, name, **options, autosave_every=autosave)
         refuse_empty_record(result.outcome)
         text = result.summary.to_json()
         result.save(folder, plots=False)
@@ -164,7 +165,7 @@ def _simulate(
         options["stop_time"] = None if until is None else quantity(until, "s", "--until")
         check_writable(folder, is_folder=True, files=("result.nc",))
         with progress_bar() as report:
-            result = simulation.simulate(system_file, progress=report, **options)
+            result = computed_by(simulation.simulate, system_file, progress=report, **options)
         refuse_empty_record(result.outcome)
         result.save(folder)
     show_warnings(sentences(warnings_of(result.signals)), whole=show_all)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from amb_cosim.comparison.signals import SignalComparison, compare_signals
 from amb_cosim.comparison.table import ComparedValue, rows_of, table_of, verdicts_and_facts
 from amb_cosim.cosim.choices import FLAVOURS, Flavour
+from amb_cosim.cosim.errors import Interrupted, computed_by
 from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import json_data
@@ -21,8 +22,8 @@ from amb_cosim.results.result import Result
 from amb_cosim.scenario.rotors import RotorSource, named
 from amb_cosim.scenario.scenario import Scenario, load_scenario, scenarios
 from amb_cosim.scenario.simulation import run
-from amb_files.atomic import plain_file, write_file
-from amb_files.checks import require_choice, require_kind
+from amb_files.atomic import plain_file, remove_files, write_file
+from amb_files.checks import as_path, require_choice, require_kind
 from amb_files.plain_values import plain_values
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ Source = str | Path | Scenario | Result
 
 MOST = 8  # runs that remain distinguishable in figures
 FILE = "comparison.json"
+FIGURES = ("orbits", "displacement", "contact")
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,14 +125,17 @@ class Comparison:
     def save(self, folder: str | Path, plots: bool = True) -> Path:
         """Write `comparison.json` and, if requested, the figures; return the folder.
 
+        Figures of a comparison that was saved there before are removed.
+
         Raises
         ------
         OSError
             If the folder or a file cannot be written.
         """
-        folder = Path(folder)
+        folder = as_path("folder", folder)
         text = json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
         folder.mkdir(parents=True, exist_ok=True)
+        remove_files(folder, (f"{name}.png" for name in FIGURES))
         write_file(plain_file(folder, FILE), text)
         if plots:
             from amb_cosim.presentation.style import write_png
@@ -151,7 +156,7 @@ def compare(
     """Run scenarios or read saved results, and return their comparison.
 
     Each of settings, rotor and flavour is either one value for all runs or a sequence with one value per source.
-    Settings for all runs do not affect saved results. Ctrl-C interrupts the current run and skips the remaining ones.
+    Settings for all runs do not affect saved results.
 
     Parameters
     ----------
@@ -173,6 +178,8 @@ def compare(
     ------
     ValueError
         If there are too few or too many sources, a source is invalid, or a value is set for a saved result.
+    Interrupted
+        If Ctrl-C ends a run. This is a KeyboardInterrupt; its attribute `result` compares the runs until then.
     """
     if not 2 <= len(sources) <= MOST:
         raise ValueError(f"compare needs 2 to {MOST} runs, not {len(sources)}")
@@ -196,11 +203,13 @@ def compare(
         if isinstance(plan, Result):
             sides.append(Side(plan.scenario, _source_text(source), {}, plan))
             continue
-        result = run(plan, set=its_set, rotor=its_rotor, flavour=its_flavour, until=until, progress=progress)
+        result = computed_by(
+            run, plan, set=its_set, rotor=its_rotor, flavour=its_flavour, until=until, progress=progress
+        )
         label = _label(plan.name, its_set, its_rotor, its_flavour, (set, rotor, flavour))
         sides.append(Side(label, _source_text(source), plain_values(its_set, "set"), result))
         if result.outcome.status == "interrupted":
-            break
+            raise Interrupted(f"{label} was {result.outcome}", side_by_side(sides))
     return side_by_side(sides)
 
 

@@ -1,8 +1,11 @@
-"""Errors of a run: an FMU refuses a call, or a start or a step fails."""
+"""Errors of a run: an FMU refuses a call, a start or a step fails, or the user interrupts it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 
 class FmuError(RuntimeError):
@@ -51,3 +54,26 @@ class StartFailed(RuntimeError):
 
 class ProcessFailed(RuntimeError):
     """The process that ran FMUs ended, or had to be ended, before it answered."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C ended a function early; `result` is what it computed until then, of the type that it returns.
+
+    A loop over runs ends too, unless it catches this error.
+    """
+
+    def __init__(self, message: str, result: Any) -> None:
+        super().__init__(message, result)
+        self.result = result
+
+    def __str__(self) -> str:
+        return f"{self.args[0]}; the attribute `result` of this error has what was computed"
+
+
+def computed_by(function: Callable[..., T], *arguments: Any, **options: Any) -> T:
+    """Return the result of a function that Ctrl-C may end early: what it computed until then."""
+    try:
+        return function(*arguments, **options)
+    except Interrupted as error:
+        result: T = error.result
+        return result

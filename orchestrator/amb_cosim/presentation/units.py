@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
@@ -28,7 +29,15 @@ QUANTITIES = {name: quantity for quantity, sizes in SIZES.items() for name in si
 SYMBOLS = {"rad/s": r"$\Omega$ (rad/s)", "Hz": r"$\Omega/2\pi$ (Hz)", "rpm": r"$n$ (rpm)"}  # of the spin speed
 LENGTH_IN_UM, FORCE_IN_KN = 1e-4, 1e3  # m, below which lengths are in um; N, from which on forces are in kN
 
-_chosen: dict[str, str] = {}
+
+class _Choice(threading.local):
+    """The unit that a thread has chosen for each quantity; a new thread has chosen none."""
+
+    def __init__(self) -> None:
+        self.units: dict[str, str] = {}
+
+
+_choice = _Choice()
 _OTHER_NAMES = {"1/min": "rpm", "\N{MICRO SIGN}m": "um"}  # of the same unit
 _LABEL = re.compile(r"^(.*\()?([^()]*)(\))?$")
 _NAMES = "|".join(map(re.escape, [*_OTHER_NAMES, *QUANTITIES]))
@@ -72,6 +81,8 @@ class ShownUnit:
 class units:  # used as a function, and in `with`
     """Choose the units of figures and tables from now on, or within `with`: `units("rpm", "um")`, `units("rpm,um,kN")`.
 
+    The choice holds in the thread that makes it.
+
     Parameters
     ----------
     names
@@ -97,9 +108,8 @@ class units:  # used as a function, and in `with`
         for name in names:
             require_kind("units", name, str, "names, such as units('rpm', 'um')")
         chosen = parse_units(",".join(names))
-        self._before = dict(_chosen)
-        _chosen.clear()
-        _chosen.update(chosen)
+        self._before = _choice.units
+        _choice.units = chosen
 
     def __enter__(self) -> None:
         """Keep the choice until the end of the block."""
@@ -107,8 +117,7 @@ class units:  # used as a function, and in `with`
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        _chosen.clear()
-        _chosen.update(self._before)
+        _choice.units = self._before
 
 
 def parse_units(text: str) -> dict[str, str]:
@@ -224,7 +233,7 @@ def convert_units_in_text(text: str) -> str:
         numbers = (unit.number(float(number.replace(",", "")) * _size(name)) for number in (first, last) if number)
         return f"{between.join(numbers)} {unit.label}"
 
-    return _VALUE.sub(value, text) if _chosen else text
+    return _VALUE.sub(value, text) if _choice.units else text
 
 
 def with_speeds_in(text: str, unit: ShownUnit) -> str:
@@ -245,7 +254,7 @@ def with_speeds_in(text: str, unit: ShownUnit) -> str:
 def chosen_for(name: str) -> ShownUnit | None:
     """Return the unit that was chosen for the quantity that the unit `name` measures, or None if none was chosen."""
     quantity = QUANTITIES.get(_OTHER_NAMES.get(name, name), "")
-    return _unit(quantity, "") if quantity in _chosen else None
+    return _unit(quantity, "") if quantity in _choice.units else None
 
 
 def spin_label() -> str:
@@ -266,5 +275,5 @@ def _size(name: str) -> float:
 
 
 def _unit(quantity: str, usual: str) -> ShownUnit:
-    name = _chosen.get(quantity) or usual
+    name = _choice.units.get(quantity) or usual
     return ShownUnit(name, SIZES[quantity][name])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from amb_cosim.cosim.run.dataset import Run, load
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.cosim.system.values import Raw
-from amb_files.atomic import plain_file, write_file
+from amb_files.atomic import plain_file, remove_files, write_file
 from amb_files.checks import as_path
 
 if TYPE_CHECKING:
@@ -97,14 +97,18 @@ class Result(Run):
         return Plots(self.signals)
 
     def save(self, folder: str | Path, plots: bool = True) -> Path:
-        """Write `result.nc`, `summary.json` and, if requested, the figures that suit the run; return the folder."""
-        folder = Path(folder)
+        """Write `result.nc`, `summary.json` and, if requested, the figures that suit the run; return the folder.
+
+        Figures of a run that was saved there before are removed, with or without new ones.
+        """
+        from amb_cosim.results.plots import MODULES, draw_all
+
+        folder = as_path("folder", folder)
         folder.mkdir(parents=True, exist_ok=True)
+        remove_files(folder, (f"{name}.png" for name in MODULES))
         self._save(plain_file(folder, RESULT))
         write_file(plain_file(folder, SUMMARY), self.summary.to_json())
         if plots:
-            from amb_cosim.results.plots import draw_all
-
             draw_all(self.signals, folder)
         return folder
 

@@ -85,6 +85,8 @@ def run(
         states component, time and reason.
     ProcessFailed
         If the FMUs' own process crashed or had to be ended.
+    Interrupted
+        If Ctrl-C ends the run. This is a KeyboardInterrupt; its attribute `result` has what was computed until then.
     """
     require_given("scenario", scenario)
     every = quantity(autosave_every, "s", "autosave_every")
@@ -94,7 +96,7 @@ def run(
         options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=report)
         prepared = prepare_run(as_scenario(scenario, rotor, receptances, fmu), set, until, options)
         recording = execute_plan(prepared, options)
-    return make_result(prepared, recording)
+    return make_result(prepared, recording).unless_interrupted()
 
 
 def execute(plan: ScenarioPlan, options: RunOptions = DEFAULTS) -> Result:

@@ -147,8 +147,6 @@ def synchronous_response(
         "rolac_controller.*.c_b_?": quantity(c_b, "N.s/m", "c_b"),
     }
     identification = identify(chosen.tolist(), rotor=rotor, set=settings, flavour=flavour, progress=progress)
-    if identification.interruption:
-        raise KeyboardInterrupt(identification.interruption)
     measured = []
     for result in identification.results:
         if result.receptance is None:

@@ -10,6 +10,7 @@ import click
 from amb_analysis import studies
 from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS, SPEED, UNITS, output
+from amb_cosim.cosim.errors import computed_by
 from amb_files.atomic import check_writable
 
 
@@ -38,7 +39,7 @@ def identify(output: Path, **options: Any) -> None:
 
     with refusing():
         check_writable(output, is_folder=False)
-        result = studies.identify(output=output, **options)
+        result = computed_by(studies.identify, output=output, **options)
     print_parts(result.text())
     written = (
         f"{output} contains the receptances at {result.identified} speed{'s' * (result.identified != 1)}"

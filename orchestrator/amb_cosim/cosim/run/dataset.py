@@ -11,11 +11,12 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 from warnings import catch_warnings
 
 import numpy as np
 
+from amb_cosim.cosim.errors import Interrupted
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.grid.time_grid import nearest_point
 from amb_cosim.cosim.record import warnings
@@ -60,6 +61,12 @@ class Run:
         self._recorded = recorded
         self.outcome = outcome
         self.checkpoints = checkpoints
+
+    def unless_interrupted(self) -> Self:
+        """Return this run; if Ctrl-C ended it, raise `Interrupted`, which carries it."""
+        if self.outcome.status == "interrupted":
+            raise Interrupted(str(self.outcome), self)
+        return self
 
     @property
     def signals(self) -> Signals:

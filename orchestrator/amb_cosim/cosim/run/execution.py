@@ -93,6 +93,7 @@ def _record(
         interruption.check()
         begin = simulator.settle() if start is None else begin
         _step_to_end(simulator, begin, options.saves, observers, checkpoints)
+        interruption.check()  # of the last step, which would be lost
         outcome = Outcome("completed", plan.time(plan.last))
     except StepFailed as error:
         ended = error.end is not None

@@ -78,6 +78,8 @@ def simulate(
         If an FMU cannot be loaded or refuses to start.
     ProcessFailed
         If the separate process of the FMUs crashed or had to be ended.
+    Interrupted
+        If Ctrl-C ends the run. This is a KeyboardInterrupt; its attribute `result` has what was computed until then.
 
     Examples
     --------
@@ -111,4 +113,4 @@ def simulate(
             raise ValueError(f"{name} is not an option of any model in {system.name}; {suggest(name, sorted(taken))}")
     assembly = assemble(system, flavour, **options)
     recording = execute_plan(experiment_plan(experiment, assembly, set), run_options)
-    return Simulation(to_signals(recording), recording.outcome, recording.checkpoints)
+    return Simulation(to_signals(recording), recording.outcome, recording.checkpoints).unless_interrupted()
