@@ -105,13 +105,13 @@ def current_stiffness(inputs: ModelInputs) -> Annotated[float, "N/A"]:
 
 def h_norm(result: InverseReceptance, frequency: float) -> Annotated[float, "N/m"]:
     """Return the Frobenius norm (N/m) of H at a speed (Hz) (5.10)."""
-    nearest = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
+    nearest = int(np.argmin(np.abs(np.asarray(result.spin_frequencies) - frequency)))
     return float(np.linalg.norm(result.h[nearest]))
 
 
 def h_row_norms(result: InverseReceptance, frequency: float) -> Annotated[list[float], "N/m"]:
     """Return the norm (N/m) of the row of H for each force, at a speed (Hz)."""
-    nearest = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
+    nearest = int(np.argmin(np.abs(np.asarray(result.spin_frequencies) - frequency)))
     return [float(value) for value in np.linalg.norm(result.h[nearest], axis=1)]
 
 
@@ -142,7 +142,7 @@ def test_response(force: IdentificationForce, frequency: float) -> Annotated[flo
 
 def measured_norm(result: SynchronousResponse, axis: int, frequency: float) -> Annotated[float, "m/N"]:
     """Return the norm (m/N) of a column of the receptance that a co-simulation identified at a speed (Hz) (5.18)."""
-    nearest = int(np.argmin(np.abs(np.asarray(result.at_speeds.speeds) - frequency)))
+    nearest = int(np.argmin(np.abs(np.asarray(result.at_speeds.spin_frequencies) - frequency)))
     return float(result.at_speeds.measured[nearest, axis])
 
 
@@ -234,16 +234,15 @@ def frequency_panels(result: MeshAndCondensation) -> list[Panel]:
 def h_panels(result: InverseReceptance) -> list[Panel]:
     """Return plots of norms and interpolation errors of H, R's condition number, and printed and computed H (10 Hz)."""
     exact, between = (1e-6 * np.linalg.norm(h, axis=(1, 2)) for h in (result.h, result.h_interpolated))
-    norms = [curve("exact", result.speeds, exact), curve("interpolated", result.speeds, between, "dashed")]
-    norms += [
-        curve(name, result.speeds, 1e-6 * row) for name, row in zip(result.forces, result.norm_by_force.T, strict=True)
-    ]
+    spins = result.spin_frequencies
+    norms = [curve("exact", spins, exact), curve("interpolated", spins, between, "dashed")]
+    norms += [curve(name, spins, 1e-6 * row) for name, row in zip(result.forces, result.norm_by_force.T, strict=True)]
     errors = [
-        curve(f"{name.replace('_', ' ')}: {what}", result.speeds, 100.0 * np.where(error > ROUNDING, error, np.nan))
+        curve(f"{name.replace('_', ' ')}: {what}", spins, 100.0 * np.where(error > ROUNDING, error, np.nan))
         for name, table in result.tables.items()
         for what, error in (("H", table.relative_error), ("I + H R", table.left_by_a_step))
     ]
-    condition = (curve("R", result.speeds, result.condition_number),)
+    condition = (curve("R", spins, result.condition_number),)
     panels = [
         Panel("Norm of H and of its rows", "spin speed (Hz)", "|H| (N/um)", tuple(norms)),
         Panel("Error of the interpolated H", "spin speed (Hz)", "error (%)", tuple(errors), log="y"),
@@ -285,13 +284,13 @@ def force_panels(result: IdentificationForce) -> list[Panel]:
 def norm_panels(result: SynchronousResponse) -> list[Panel]:
     """Return plots of the response's norm against spin speed, the lines of (5.19), and the identified norm (5.18)."""
     at = result.at_speeds
-    curves = [curve("(5.19)", result.speeds, 1e6 * result.thesis, "dashed")]
+    curves = [curve("(5.19)", result.spin_frequencies, 1e6 * result.thesis, "dashed")]
     for k in range(0, len(result.forces), 2):
-        curves.append(curve(f"model, {result.forces[k]}", result.speeds, 1e6 * result.norm[:, k]))
+        curves.append(curve(f"model, {result.forces[k]}", result.spin_frequencies, 1e6 * result.norm[:, k]))
         without = 1e6 * result.norm_without_conjugate[:, k]
-        curves.append(curve(f"{result.forces[k]}, (5.18) without the conjugate", result.speeds, without))
+        curves.append(curve(f"{result.forces[k]}, (5.18) without the conjugate", result.spin_frequencies, without))
     for k in range(0, len(result.forces), 2):
-        curves.append(curve(f"identified, {result.forces[k]}", at.speeds, 1e6 * at.measured[:, k], "dots"))
+        curves.append(curve(f"identified, {result.forces[k]}", at.spin_frequencies, 1e6 * at.measured[:, k], "dots"))
     panel = Panel("Norm of the columns of R", "spin speed (Hz)", "|R_i| (um/N)", tuple(curves))
     return [panel, replace(panel, log="y")]
 

@@ -40,7 +40,7 @@ def mode_panels(result: ModeShapes) -> list[Panel]:
 def receptance_panels(result: SensorReceptance) -> list[Panel]:
     """Return a plot of the norm of each column of the receptance against spin speed (5.18)."""
     norms = 1e6 * np.linalg.norm(result.receptance, axis=1)
-    curves = tuple(curve(name, result.speeds, norms[:, k]) for k, name in enumerate(result.forces))
+    curves = tuple(curve(name, result.spin_frequencies, norms[:, k]) for k, name in enumerate(result.forces))
     return [Panel("Norm of the columns of R", "spin speed (Hz)", "|R_i| (um/N)", curves)]
 
 

@@ -157,5 +157,5 @@ def rotor_length(result: RotorLayout) -> Annotated[float, "m"]:
 
 def column_norm(result: SensorReceptance, axis: int, frequency: float) -> Annotated[float, "m/N"]:
     """Return the norm S_i = |R_i| (m/N) of a column of the receptance at a speed (Hz) (5.18)."""
-    nearest = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
+    nearest = int(np.argmin(np.abs(np.asarray(result.spin_frequencies) - frequency)))
     return float(np.linalg.norm(result.receptance[nearest][:, axis]))

@@ -2,6 +2,7 @@
 
 import _thread
 import copy
+import dataclasses
 import inspect
 import pickle
 import re
@@ -22,6 +23,7 @@ from amb_cosim import studies
 from amb_cosim.controllers.linear_controller import linear_controller
 from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.values import quantity
+from amb_cosim.presentation.json_data import units_of
 from amb_cosim.presentation.units import speed_unit
 from amb_sweeps.axes import read_variations
 from tests.support.messages import raises_naming
@@ -318,6 +320,38 @@ def test_units_that_one_thread_chooses_leave_those_of_others():
     other.start()
     other.join()
     assert speed_unit().name == "rpm"
+
+
+def records_in(hint):
+    """Return the dataclasses of a type hint and of the fields of these, at any depth."""
+    found = {hint} if dataclasses.is_dataclass(hint) and inspect.isclass(hint) else set()
+    fields = [each for record in found for each in get_type_hints(record).values() if each is not record]
+    return found.union(*(records_in(part) for part in (*get_args(hint), *fields) if part is not hint))
+
+
+RECORDS = sorted(
+    {record for name in studies.STUDIES for record in records_in(HINTS[f"amb_analysis.studies.{name}"]["return"])},
+    key=str,
+)
+
+
+def test_a_name_has_one_unit_in_all_records_of_studies():
+    """`speeds` was in rad/s in five studies and in Hz in five others."""
+    units = {(name, unit) for record in RECORDS for name, unit in units_of(record).items()}
+    assert len(RECORDS) > 30
+    speeds = {unit for name, unit in units if re.fullmatch(r"(\w+_)?(?<!over_)(?<!at_)speeds?", name)}
+    assert speeds == {"rad/s", "m/s"}  # of spin and of impact
+    assert {unit for name, unit in units if re.fullmatch(r"spin_frequenc(y|ies)", name)} == {"Hz"}
+
+
+def test_speeds_of_two_studies_up_to_the_same_speed_agree_and_the_former_name_is_refused():
+    campbell, receptance = studies.campbell("compressor", up_to="50 Hz", count=2), studies.receptance("compressor")
+    assert campbell.speeds[-1] == pytest.approx(100 * np.pi)
+    assert campbell.units["speeds"] == "rad/s"
+    assert receptance.spin_frequencies[-1] == pytest.approx(50.0)
+    assert receptance.units["spin_frequencies"] == "Hz"
+    with raises_naming(AttributeError, "speeds", "`spin_frequencies`", "Hz"):
+        _ = receptance.speeds
 
 
 def test_a_changed_scenario_is_checked_and_the_original_unchanged():

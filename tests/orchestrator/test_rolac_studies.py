@@ -37,7 +37,7 @@ def test_slow_force_at_a_bearing_deflects_only_that_bearing(k_b):
 def test_largest_receptance_does_not_depend_on_the_range_of_speeds():
     """Weak damping makes a peak narrower than the spacing of speeds; the wide range has a third of the points there."""
     narrow, wide = (studies.receptance(up_to=f"{top} Hz", c_b="20 N.s/m") for top in (50, 150))
-    within = wide.speeds <= 50.0
+    within = wide.spin_frequencies <= 50.0
     largest = [np.abs(of).max(axis=0) for of in (narrow.receptance, wide.receptance[within])]
     np.testing.assert_allclose(largest[0][[S5, S3], [MB1, MB2]], largest[1][[S5, S3], [MB1, MB2]], rtol=2e-3)
 
@@ -68,7 +68,7 @@ def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):
     data = json.loads((tmp_path / "out" / "receptance.json").read_text())
     assert (data["rotor"], data["planes_z_m"]) == ("pump", [0.0, 0.0, 0.9, 0.9])
     result = matrices(data["receptance_m_per_N"])
-    assert result.shape == (len(data["speeds_hz"]), 8, 4)
+    assert result.shape == (len(data["spin_frequencies_hz"]), 8, 4)
     np.testing.assert_allclose(result[:, :2], result[:, 2:4], rtol=1e-12)
 
 
@@ -79,12 +79,12 @@ def inverse() -> InverseReceptance:
 
 def test_full_step_with_the_exact_h_leaves_no_force(inverse):
     """H R = -I: the force of H opposes the force that causes the vibration."""
-    product = inverse.h @ receptance(2.0 * np.pi * inverse.speeds)
+    product = inverse.h @ receptance(2.0 * np.pi * inverse.spin_frequencies)
     np.testing.assert_allclose(product, np.broadcast_to(-np.eye(4), product.shape), atol=1e-10)
 
 
 def test_h_of_the_table_is_exact_only_at_its_speeds(inverse):
-    speeds, errors = inverse.speeds, inverse.tables["thesis"]
+    speeds, errors = inverse.spin_frequencies, inverse.tables["thesis"]
     in_table = np.isin(speeds, inverse.table)
     between = (speeds < 35.0) & (np.abs(speeds - inverse.table[:, None]).min(axis=0) > 0.01)
     assert in_table.sum() == 12

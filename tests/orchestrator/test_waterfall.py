@@ -39,7 +39,7 @@ def test_forward_and_backward_whirl_have_their_amplitudes(make):
     result = studies.waterfall(run, window=0.5).bearings["mb1"]
     assert result.largest == pytest.approx(0.3e-3, rel=1e-3)
     assert (result.other_amplitude, result.other_frequency) == pytest.approx((0.1e-3, -20.0), rel=1e-3)
-    assert result.largest_at == result.other_speed == pytest.approx(50.0)
+    assert result.largest_at == result.other_spin_frequency == pytest.approx(50.0)
     assert len(result.resonances) == 0  # the speed does not change
 
 
@@ -108,9 +108,9 @@ def test_peak_of_a_sweep_is_its_resonance(make):
     assert result.changing_speed
     assert result.bearings["mb1"].resonances == pytest.approx([30.0], abs=1.5)
     assert result.bearings["mb1"].resonance_amplitudes == pytest.approx([5e-4], rel=0.2)
-    assert result.speeds == pytest.approx(10.0 + 10.0 * result.times)
+    assert result.spin_frequencies == pytest.approx(10.0 + 10.0 * result.times)
     panel = studies.figure(result).axes[0]
-    assert panel.get_ylim()[0] == pytest.approx(60.0 * result.speeds[0])
+    assert panel.get_ylim()[0] == pytest.approx(60.0 * result.spin_frequencies[0])
     assert "rpm" in panel.get_ylabel()
 
 

@@ -37,7 +37,7 @@ def test_measured_norms_are_compared_with_model_and_thesis(monkeypatch, runner, 
     assert result.exit_code == 0, result.output
     assert "1.15, 1.09" in result.stdout  # measured over (5.19) at 10 Hz
     at = json.loads((tmp_path / "out" / "synchronous_response.json").read_text())["at_speeds"]
-    assert at["speeds_hz"] == pytest.approx([10.0, 35.0])
+    assert at["spin_frequencies_hz"] == pytest.approx([10.0, 35.0])
     assert at["thesis_m_per_N"] == pytest.approx([4.5e-6, 0.4e-6])
     np.testing.assert_allclose(at["measured_m_per_N"], at["continuous_m_per_N"], rtol=1e-9)
     np.testing.assert_allclose(at["sampled_m_per_N"], 1.01 * np.array(at["measured_m_per_N"]), rtol=1e-9)
@@ -46,7 +46,7 @@ def test_measured_norms_are_compared_with_model_and_thesis(monkeypatch, runner, 
 def test_norm_is_taken_over_the_columns_of_r(monkeypatch):
     monkeypatch.setattr(measured_response, "identify", identified)
     result = studies.synchronous_response(at="10 Hz")
-    R = receptance(2.0 * np.pi * result.speeds[[40]])[0]
+    R = receptance(2.0 * np.pi * result.spin_frequencies[[40]])[0]
     assert result.norm[40] ** 2 == pytest.approx(np.diag(R.conj().T @ R).real)
     assert result.norm_without_conjugate[40] ** 2 == pytest.approx(np.abs(np.diag(R.T @ R)))
     assert np.all(result.norm_without_conjugate <= result.norm * (1.0 + 1e-12))

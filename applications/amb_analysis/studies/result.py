@@ -4,18 +4,38 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import numpy as np
 
-from amb_cosim.presentation.json_data import json_data
+from amb_cosim.presentation.json_data import json_data, units_of
 from amb_cosim.presentation.text_tables import TextBlock, html_of, rendered
 
 LONGEST = 60  # characters of a value in a result's representation
 
 
 class StudyResult:
-    """Base of the frozen dataclasses that studies return. `print` shows their tables."""
+    """Base of the frozen dataclasses that studies return. `print` shows their tables.
+
+    `units` has the units of their fields. A name has one unit in all of them: a speed is in rad/s, a spin frequency in
+    Hz.
+    """
+
+    renamed: ClassVar[Mapping[str, str]] = {}
+    """New names of former fields, for the error of an access to them."""
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the fields that have one, by field."""
+        return units_of(type(self))
+
+    if not TYPE_CHECKING:  # type checkers know the fields
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Refuse a field that does not exist; name the new field if it was renamed."""
+            new = f"; it is now {self.renamed[name]}" if name in self.renamed else ""
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{new}")
 
     def as_dict(self) -> dict[str, Any]:
         """Return the data for JSON; the keys include the units."""

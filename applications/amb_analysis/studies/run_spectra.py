@@ -58,7 +58,7 @@ class BearingSpectra:
         the spin speed changes by less than the spacing of the lines.
     largest, largest_at
         Largest synchronous amplitude (m), and the spin speed there (Hz).
-    other_frequency, other_amplitude, other_speed
+    other_frequency, other_amplitude, other_spin_frequency
         Frequency (Hz) of the strongest vibration away from the rotation frequency, its amplitude (m), and the spin
         speed at that time (Hz).
     """
@@ -72,14 +72,14 @@ class BearingSpectra:
     largest_at: Annotated[float, "Hz"]
     other_frequency: Annotated[float, "Hz"]
     other_amplitude: Annotated[float, "m"]
-    other_speed: Annotated[float, "Hz"]
+    other_spin_frequency: Annotated[float, "Hz"]
 
     @property
     def other(self) -> tuple[str, str, str]:
         """Texts: amplitude (mm), frequency and spin speed of the strongest other vibration; dashes if there is none."""
         if not self.other_amplitude:
             return ("-", "-", "-")
-        return number(1e3 * self.other_amplitude), f"{self.other_frequency:.2f}", _speed(self.other_speed)
+        return number(1e3 * self.other_amplitude), f"{self.other_frequency:.2f}", _speed(self.other_spin_frequency)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,8 +90,8 @@ class Waterfall(WarnedResult, DrawnResult):
         Name of the scenario.
     window
         Length of a window (s); lines are 1/window apart.
-    times, speeds
-        Middle of each window (s), and the mean spin speed in it (Hz), shape (windows,).
+    times, spin_frequencies
+        Middle of each window (s), and the mean spin frequency in it (Hz), shape (windows,).
     frequencies
         Frequencies of the lines (Hz), ascending from below zero, shape (lines,).
     changing_speed
@@ -105,11 +105,12 @@ class Waterfall(WarnedResult, DrawnResult):
     """
 
     name: ClassVar[str] = "waterfall"
+    renamed: ClassVar[Mapping[str, str]] = {"speeds": "`spin_frequencies`, in Hz"}
 
     scenario: str
     window: Annotated[float, "s"]
     times: Annotated[Array, "s"]
-    speeds: Annotated[Array, "Hz"]
+    spin_frequencies: Annotated[Array, "Hz"]
     frequencies: Annotated[Array, "Hz"]
     changing_speed: bool
     bearings: dict[str, BearingSpectra]
@@ -252,7 +253,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         scenario=str(recorded.attrs["scenario"]),
         window=size * h,
         times=middles + time[0],
-        speeds=speeds,
+        spin_frequencies=speeds,
         frequencies=lines,
         changing_speed=speed_changes(recorded),
         bearings=result,
@@ -345,5 +346,5 @@ def _bearing(
         largest_at=float(speeds[top]),
         other_frequency=frequency,
         other_amplitude=strongest,
-        other_speed=float(speeds[row]),
+        other_spin_frequency=float(speeds[row]),
     )

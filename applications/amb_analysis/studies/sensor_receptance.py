@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -35,8 +36,8 @@ class SensorReceptance(WarnedResult, DrawnResult):
         Axial positions of the sensor planes (m), each with a sensor in x and one in y.
     sensors
         Names of the sensors' signals, in x and y of each plane.
-    speeds
-        Spin speeds (Hz), shape (n,).
+    spin_frequencies
+        Spin frequencies (Hz), shape (n,).
     forces
         Names of the forces, in x and y of each bearing.
     receptance
@@ -44,11 +45,12 @@ class SensorReceptance(WarnedResult, DrawnResult):
     """
 
     name: ClassVar[str] = "receptance"
+    renamed: ClassVar[Mapping[str, str]] = {"speeds": "`spin_frequencies`, in Hz"}
 
     rotor: str
     planes: Annotated[tuple[float, ...], JsonKey("planes_z_m")]
     sensors: tuple[str, ...]
-    speeds: Annotated[Array, "Hz"]
+    spin_frequencies: Annotated[Array, "Hz"]
     forces: tuple[str, ...]
     receptance: Annotated[Complex, "m/N"]
 
@@ -65,7 +67,7 @@ class SensorReceptance(WarnedResult, DrawnResult):
                     f"{self.sensors[2 * plane]}, z = {z:.4g} m",
                     self.forces[k],
                     number(1e6 * abs(curve[top])),
-                    unit.number(HERTZ * self.speeds[top]),
+                    unit.number(HERTZ * self.spin_frequencies[top]),
                     f"{np.degrees(np.angle(curve[top])):z.1f}",
                 )
         return [table, *self.warning_lines()]

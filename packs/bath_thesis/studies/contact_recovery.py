@@ -10,7 +10,7 @@ unbalance is close to the limit of the control.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import Annotated, ClassVar
@@ -65,8 +65,8 @@ class ControlComparison(DrawnResult):
 
     scenario
         Name of the varied scenario.
-    speed
-        Spin speed (Hz).
+    spin_frequency
+        Spin frequency (Hz).
     unbalance_factor
         Factor by which all unbalances of the scenario are multiplied (1).
     alphas
@@ -82,9 +82,10 @@ class ControlComparison(DrawnResult):
     """
 
     name: ClassVar[str] = "recovery"
+    renamed: ClassVar[Mapping[str, str]] = {"speed": "`spin_frequency`, in Hz"}
 
     scenario: str
-    speed: Annotated[float, "Hz"]
+    spin_frequency: Annotated[float, "Hz"]
     unbalance_factor: float
     alphas: Annotated[tuple[float, ...], "1/s"]
     end_cycle: float
@@ -94,7 +95,7 @@ class ControlComparison(DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return a table of shares and durations, and lines that explain it."""
-        at = speed_unit().text(SIZES["speed"]["Hz"] * self.speed)
+        at = speed_unit().text(SIZES["speed"]["Hz"] * self.spin_frequency)
         title = f"Recovery at {at}; unbalance added on D1 (g m)"
         table = labelled_table(title, "control", *(f"{1e3 * added:g}" for added in self.added))
         for control, cells in self.controls.items():
@@ -166,7 +167,7 @@ def recovery(
     remaining_rows = iter(rows)
     return ControlComparison(
         scenario=SCENARIO,
-        speed=quantity(scenario.Omega, "Hz", "Omega"),
+        spin_frequency=quantity(scenario.Omega, "Hz", "Omega"),
         unbalance_factor=scenario.unbalance_factor,
         alphas=tuple(alphas),
         end_cycle=END,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, ClassVar
@@ -48,8 +49,8 @@ class InverseReceptance(WarnedResult, DrawnResult):
         Name of the rotor.
     planes
         Axial positions of the sensor planes (m), each with a sensor in x and one in y.
-    speeds
-        Spin speeds (Hz), shape (n,).
+    spin_frequencies
+        Spin frequencies (Hz), shape (n,).
     table
         Speeds in the thesis's table (Hz).
     forces
@@ -67,10 +68,11 @@ class InverseReceptance(WarnedResult, DrawnResult):
     """
 
     name: ClassVar[str] = "h_matrix"
+    renamed: ClassVar[Mapping[str, str]] = {"speeds": "`spin_frequencies`, in Hz"}
 
     rotor: str
     planes: Annotated[tuple[float, ...], JsonKey("planes_z_m")]
-    speeds: Annotated[Array, "Hz"]
+    spin_frequencies: Annotated[Array, "Hz"]
     table: Annotated[Array, "Hz"]
     forces: tuple[str, ...]
     h: Annotated[Complex, "N/m"]
@@ -92,15 +94,15 @@ class InverseReceptance(WarnedResult, DrawnResult):
             "condition number of R",
         )
         errors, last = self.tables["thesis"], self.table[-1]
-        for low, high in pairwise([*self.table, max(self.speeds[-1], last)]):
-            within = np.flatnonzero((self.speeds >= low) & (self.speeds <= high))
+        for low, high in pairwise([*self.table, max(self.spin_frequencies[-1], last)]):
+            within = np.flatnonzero((self.spin_frequencies >= low) & (self.spin_frequencies <= high))
             if low < high and len(within) > 1:
                 worst = within[np.argmax(errors.relative_error[within])]
                 table.add_row(
                     f"{unit.number(hertz * low)} to {unit.number(hertz * high)}"
                     + (", beyond the table" if low == last else ""),
                     f"{100.0 * errors.relative_error[worst]:.2f}",
-                    unit.number(hertz * self.speeds[worst]),
+                    unit.number(hertz * self.spin_frequencies[worst]),
                     f"{100.0 * errors.left_by_a_step[within].max():.2f}",
                     f"{self.condition_number[within].max():.1f}",
                 )
@@ -147,7 +149,7 @@ def h_matrix(
     return InverseReceptance(
         rotor=rotor_data.name,
         planes=sensor_planes(rotor_data),
-        speeds=speeds / HERTZ,
+        spin_frequencies=speeds / HERTZ,
         table=np.array([speed / HERTZ for speed in SPEEDS]),
         forces=loop.axis_names,
         h=exact,

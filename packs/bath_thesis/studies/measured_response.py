@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -29,8 +29,8 @@ SPEEDS = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 class NormAtSpeeds:
     """Norms of the response at the identification speeds; all except the first two have the shape (n, n_axes).
 
-    speeds
-        Spin speeds (Hz), shape (n,).
+    spin_frequencies
+        Spin frequencies (Hz), shape (n,).
     thesis
         S(f) of (5.19) (m/N), shape (n,).
     continuous
@@ -41,7 +41,7 @@ class NormAtSpeeds:
         S_i identified by the controller in a co-simulation (m/N).
     """
 
-    speeds: Annotated[Array, "Hz"]
+    spin_frequencies: Annotated[Array, "Hz"]
     thesis: Annotated[Array, "m/N"]
     continuous: Annotated[Array, "m/N"]
     sampled: Annotated[Array, "m/N"]
@@ -56,8 +56,8 @@ class SynchronousResponse(WarnedResult, DrawnResult):
         Name of the rotor.
     forces
         Names of the forces.
-    speeds
-        Spin speeds of the curves (Hz), shape (n,).
+    spin_frequencies
+        Spin frequencies of the curves (Hz), shape (n,).
     thesis
         S(f) of (5.19) at these speeds (m/N), shape (n,).
     norm
@@ -69,10 +69,11 @@ class SynchronousResponse(WarnedResult, DrawnResult):
     """
 
     name: ClassVar[str] = "synchronous_response"
+    renamed: ClassVar[Mapping[str, str]] = {"speeds": "`spin_frequencies`, in Hz"}
 
     rotor: str
     forces: tuple[str, ...]
-    speeds: Annotated[Array, "Hz"]
+    spin_frequencies: Annotated[Array, "Hz"]
     thesis: Annotated[Array, "m/N"]
     norm: Annotated[Array, "m/N"]
     norm_without_conjugate: Annotated[Array, "m/N"]
@@ -87,7 +88,7 @@ class SynchronousResponse(WarnedResult, DrawnResult):
         unit, hertz = speed_unit(), SIZES["speed"]["Hz"]
         table = labelled_table(title, f"speed ({unit.label})", "(5.19)", *headings, "measured over (5.19)")
         at = self.at_speeds
-        for n, f in enumerate(at.speeds):
+        for n, f in enumerate(at.spin_frequencies):
             values = [1e6 * getattr(at, kind)[n, k] for kind in kinds.values() for k in x_forces]
             ratios = ", ".join(f"{at.measured[n, k] / at.thesis[n]:.2f}" for k in x_forces)
             table.add_row(
@@ -155,12 +156,12 @@ def synchronous_response(
     return SynchronousResponse(
         rotor=description.name,
         forces=control_loop(description).axis_names,
-        speeds=speeds / HERTZ,
+        spin_frequencies=speeds / HERTZ,
         thesis=linearised_norm(speeds / HERTZ),
         norm=_norm(R),
         norm_without_conjugate=np.sqrt(np.abs(np.einsum("nsa,nsa->na", R, R))),
         at_speeds=NormAtSpeeds(
-            speeds=chosen / HERTZ,
+            spin_frequencies=chosen / HERTZ,
             thesis=linearised_norm(chosen / HERTZ),
             continuous=continuous,
             sampled=_norm(np.array([result.model for result in identification.results])),

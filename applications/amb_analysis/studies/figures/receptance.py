@@ -20,7 +20,7 @@ def draw(result: SensorReceptance) -> Figure:
     bearings = len(result.forces) // 2
     figure = StyledFigure(figsize=(WIDTH * max(bearings, 2), 6.0), layout="constrained")
     panels = figure.subplots(2, bearings, squeeze=False, sharex=True, sharey="row", height_ratios=(3, 2))
-    speeds, R = speed_unit().of_hertz(result.speeds), result.receptance
+    speeds, R = speed_unit().of_hertz(result.spin_frequencies), result.receptance
     for column, force in enumerate(range(0, len(result.forces), 2)):
         top, bottom = panels[:, column]
         for plane in range(len(result.planes)):

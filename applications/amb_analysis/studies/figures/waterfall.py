@@ -25,7 +25,7 @@ def draw(result: Waterfall) -> Figure:
     rows = figure.subplots(len(result.bearings), 3, squeeze=False, sharex=True)
     cycles = frequency_unit()
     frequencies = cycles.of_hertz(result.frequencies)
-    spins = speed_unit().of_hertz(result.speeds)
+    spins = speed_unit().of_hertz(result.spin_frequencies)
     place, label = (spins, spin_label()) if result.changing_speed else (result.times, "time (s)")
     # A speed that rises and falls does not order the windows: then time is the axis.
     if result.changing_speed and not np.all(np.diff(place) >= 0.0):
@@ -48,7 +48,7 @@ def draw(result: Waterfall) -> Figure:
         held.set(ylabel=f"largest amplitude ({unit.label})", ylim=(floor, None))
         held.grid(color="0.9", lw=0.5)
         for axes, colour in ((stacked, "0.2"), (coloured, "white")):
-            _point_at_rotation(axes, cycles.of_hertz(result.speeds), place, colour)
+            _point_at_rotation(axes, cycles.of_hertz(result.spin_frequencies), place, colour)
             axes.set_ylabel(label)
         stacked.set_title(f"{name_label(name)}: spectra")
         coloured.set_title(f"{name_label(name)}: as a map")

@@ -34,7 +34,7 @@ def draw(result: ControlComparison) -> Figure:
         f"white cell: still trapped at cycle {result.end_cycle:g}",
         fontsize=8,
     )
-    at = speed_unit().text(SIZES["speed"]["Hz"] * result.speed)
+    at = speed_unit().text(SIZES["speed"]["Hz"] * result.spin_frequency)
     write_title(figure, f"Recovery from contact at {at} for each control, adaptation rate and H")
     return figure
 
