@@ -17,6 +17,7 @@ Whirl = Literal["forward", "backward", "mixed"]
 
 SAME_EIGENVALUE = 1e-5  # relative distance of eigenvalues that may be equal but for rounding
 SAME_SOLUTION = 5e-7  # what a combination of their shapes may miss of its acceleration; rounding alone causes 3e-7
+LARGE = 0.95  # share of the largest displacement from which on a displacement may state the phase of a shape
 INDEPENDENT = 1e12  # condition of the products of shapes, above which they are one shape of a defective eigenvalue
 
 
@@ -27,7 +28,9 @@ class Mode:
     eigenvalue
         lambda (rad/s), the one with Im >= 0 of a conjugate pair.
     shape
-        phi over the model's rows; the largest translation is 1 (no unit), or the largest slope if no node translates.
+        phi over the model's rows. The largest translation has the size 1 (no unit), or the largest slope if no node
+        translates. It is real and positive. If several translations are within 5 % of it, the first of these nodes
+        sets the phase, in y if x and y are both as large, so that the shapes of a forward and a backward whirl agree.
     whirl_sense
         Per node of the model, 1 for a forward circle, -1 for a backward one, 0 for a straight line, in between for an
         ellipse: 2 Im(x conj(y)) / (|x|^2 + |y|^2). Forward is from x to y, like positive spin. The value is 0 for a
@@ -137,10 +140,30 @@ def _to_modes(model: Matrices, values: Complex, shapes: Complex) -> list[Mode]:
     result = []
     for k, (value, shape) in enumerate(zip(values, shapes.T, strict=True)):
         among = displacement[:, k] if sizes[:, k].any() else shape
-        largest = among[np.argmax(np.abs(among))]
-        x, y = displacement[0::2, k] / largest, displacement[1::2, k] / largest
-        result.append(Mode(complex(value), shape / largest, dict(zip(nodes, _whirl_senses(x, y), strict=True))))
+        unit = _unit_of(among)
+        x, y = displacement[0::2, k] / unit, displacement[1::2, k] / unit
+        result.append(Mode(complex(value), shape / unit, dict(zip(nodes, _whirl_senses(x, y), strict=True))))
     return result
+
+
+def _unit_of(values: Complex) -> complex:
+    """Return the complex number by which a shape is divided: its largest size, and the phase that `Mode.shape` states.
+
+    max|v| v_k/|v_k|,    k: the first with |v_k| >= 0.95 max|v|, or the y that follows it if it is as large
+
+    Both ends of a conical shape, and x and y of a circle, are equally large but for rounding, damping and gyroscopic
+    effects. These must not decide the phase.
+
+    Parameters
+    ----------
+    values
+        Components in the planes x and y in turns, shape (n,).
+    """
+    sizes = np.abs(values)
+    large = sizes >= LARGE * sizes.max()
+    k = int(np.argmax(large))
+    k += int(k % 2 == 0 and k + 1 < len(values) and large[k + 1])
+    return complex(sizes.max() * values[k] / sizes[k])
 
 
 def _whirl_senses(x: Complex, y: Complex) -> list[float]:

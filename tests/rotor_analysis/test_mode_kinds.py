@@ -106,3 +106,16 @@ def test_modes_without_a_resonance_come_last(tmp_path):
     others = [f for f, ratio in zip(at.frequencies, at.damping_ratios, strict=True) if ratio <= math.sqrt(0.5)]
     assert list(at.frequencies) == sorted(others) + sorted(flat)
     assert min(flat) < min(others)
+
+
+@pytest.mark.parametrize("speed", [0.0, 942.0])
+def test_deflected_axes_of_twins_are_drawn_alike(speed):
+    """A forward and a backward whirl of the same shape; both ends of its cone move by the same within 2 %."""
+    result = studies.modes("compressor", speeds=speed, count=4)
+    panels = [panel for panel in draw(result).axes if panel.get_title()]
+    axes = [max((line.get_data_3d() for line in panel.lines), key=lambda data: len(data[0])) for panel in panels]
+    for (_, _, first), (_, _, second) in (axes[:2], axes[2:]):
+        np.testing.assert_allclose(first, second, atol=0.05)
+        assert np.abs(first).max() > 0.98
+    for (z, _, up), shape in zip(axes, result.shapes[speed], strict=True):
+        np.testing.assert_allclose(np.interp(result.z, z, up), shape.y.real, atol=0.02)

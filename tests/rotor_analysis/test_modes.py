@@ -117,6 +117,27 @@ def test_coinciding_modes_at_rest_are_separated_into_circles():
     assert [mode.whirl for mode in modes(supported_rotor(rotor).model, 0.0, 8)] == ["backward", "forward"] * 4
 
 
+@pytest.mark.parametrize("Omega", [0.0, 80.0, 600.0])
+def test_largest_displacement_of_a_shape_is_real_and_positive(Omega):
+    """A circle is (sense i, 1); a tilt has the opposite sign at the other end."""
+    model = rigid(tensor(3e6)).model
+    for mode in modes(model, Omega):
+        left, right = translations(model, mode.shape)
+        sense = {"forward": 1.0, "backward": -1.0}[mode.whirl]
+        np.testing.assert_allclose(left, [1j * sense, 1.0], atol=1e-6)
+        np.testing.assert_allclose(np.abs(right), 1.0, atol=1e-6)
+        assert np.abs(right - left).max() < 1e-6 or np.abs(right + left).max() < 1e-6
+
+
+def test_largest_displacement_of_a_line_is_real_and_positive():
+    """Without spin, stiffnesses of 1 and 3 MN/m separate the planes; neither has a displacement in the other."""
+    model = rigid(((1e6, 0.0), (0.0, 3e6))).model
+    for mode in modes(model, 0.0):
+        left, _ = translations(model, mode.shape)
+        np.testing.assert_allclose(np.sort(left.real), [0.0, 1.0], atol=1e-6)
+        np.testing.assert_allclose(left.imag, 0.0, atol=1e-6)
+
+
 def test_planes_that_differ_by_rounding_alone_leave_coinciding_modes_circles():
     """On a fine mesh of a small rotor, rounding separates pairs by up to 4e-7; here a stiffness does, by 5e-7."""
     k = 1e6

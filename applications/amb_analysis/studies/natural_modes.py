@@ -95,8 +95,8 @@ class ModeShape:
     """A mode shape.
 
     x, y
-        Complex displacement of each node, each of shape (nodes,). It is dimensionless, and the largest displacement is
-        1.
+        Complex displacement of each node, each of shape (nodes,). It is dimensionless, and the largest displacement has
+        the size 1. The phase is that of `rotor_analysis.modes.Mode.shape`, and the figure shows the real part.
     kind
         `cylindrical` or `conical` for rigid-body motion, `flexural` for bending.
     rigid_share
