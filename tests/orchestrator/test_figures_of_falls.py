@@ -216,6 +216,41 @@ def test_fall_is_drawn_as_height_or_gap_and_speed_not_from_zero():
     assert gap.lines[0].get_ydata()[-1] == pytest.approx(0.0, abs=1e-9)
 
 
+def off_centre(gravity, offset, swing):
+    """Return a fall onto retainers whose centres have an offset and swing on their mounts (m), the rotor with them."""
+    still = fall(gravity)
+    swung = swing * np.sin(40.0 * still["time"].values)
+    motion = {f"{site}.housing_{axis}": swung for site in ("rb1", "rb2") for axis in "xy"}
+    for name in (f"{bearing}.{axis}" for bearing in ("mb1", "mb2") for axis in "xy"):
+        motion[name] = still[f"rotor_contact.{name}"].values + offset + swung
+    moving = fall(gravity, **motion)
+    parameters = json.loads(moving.attrs["parameters"])
+    parameters["rotor_contact"] |= {f"{site}.offset_{axis}": offset for site in ("rb1", "rb2") for axis in "xy"}
+    return moving.assign_attrs(parameters=json.dumps(parameters))
+
+
+@pytest.mark.parametrize(("offset", "swing"), [(0.0, 0.5e-3), (0.2e-3, 0.0), (-0.2e-3, 0.5e-3)])
+@pytest.mark.parametrize(("gravity", "lowest"), [(9.81, -1e3 * CLEARANCE), (0.0, 0.0)])
+def test_orbits_and_heights_are_relative_to_a_retainer_that_moves(offset, swing, gravity, lowest):
+    """The journal whirls around the ring and rests at its bottom, 0.75 mm from the centre of the ring."""
+    dataset = off_centre(gravity, offset, swing)
+    landed, displaced = (plots.figure(dataset, name) for name in ("touchdown", "displacement"))
+    compared = overlays({"a": dataset, "b": fall(gravity)})["displacement"]
+    orbit = landed.axes[0]
+    (ring,) = orbit.patches
+    assert tuple(ring.get_center()) == (0.0, 0.0)
+    assert ring.get_radii()[0] - ring.get_width() == pytest.approx(1e3 * CLEARANCE)
+    for line in orbit.lines[:2]:
+        assert np.nanmax(np.hypot(*line.get_data())) == pytest.approx(1e3 * CLEARANCE)
+    height = next(panel for panel in landed.axes if panel.get_ylabel() in ("height (mm)", "gap (mm)"))
+    for panel in (height, displaced.axes[0], compared.axes[0]):
+        line = panel.lines[0]
+        assert np.nanmin(line.get_ydata()) == pytest.approx(lowest, abs=1e-9)
+        assert line.get_ydata()[-1] == pytest.approx(lowest, abs=1e-9)
+        limits = {float(y[0]) for y in (line.get_ydata() for line in panel.lines) if len(y) == 2 and y[0] == y[1]}
+        assert sorted(limits) == pytest.approx([lowest])
+
+
 def test_temperature_that_hardly_rises_has_no_offset():
     dataset = fall(**{"rb2.temperature": np.linspace(293.15, 293.150001, 3051)})
     figure = plots.figure(dataset, "touchdown")

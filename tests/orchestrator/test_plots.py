@@ -16,7 +16,7 @@ from amb_cosim.presentation.style import StyledFigure
 from amb_cosim.results import plots
 from amb_cosim.results.plots import motion
 from amb_cosim.results.plots.fall import touchdown
-from amb_cosim.results.plots.joined import between, draw_joined, joined
+from amb_cosim.results.plots.joined import draw_joined, joined
 from amb_cosim.results.plots.magnets import _draw_limits
 from tests.orchestrator.conftest import PLACES
 from tests.support.messages import assert_names, raises_naming
@@ -240,11 +240,6 @@ def test_orbit_is_drawn_along_the_clearance_in_contact(synthetic, draw):
     paths = [r[np.isfinite(r)] for r in radii if len(r) > 100]
     assert paths
     assert np.concatenate(paths) == pytest.approx(0.75, rel=1e-6)
-
-
-def test_line_of_an_orbit_moves_with_the_housing_between_samples():
-    moved = between(np.array([[0.0, 3.0, 9.0], [0.0, 0.0, 0.0]]), np.array([0, 0, 0, 1, 2]))
-    assert moved[0].tolist() == [0.0, 1.0, 2.0, 3.0, 9.0]
 
 
 def test_no_current_is_drawn_while_the_amplifier_is_off(synthetic):

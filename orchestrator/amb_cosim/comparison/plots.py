@@ -52,7 +52,7 @@ from amb_cosim.results.plots.forces import (
 from amb_cosim.results.plots.joined import draw_joined, orbit_line
 from amb_cosim.results.signal_arrays import cycles, finite_signals, speed_changes
 from amb_cosim.results.thinned import judged
-from amb_cosim.results.touchdown import height, touchdown
+from amb_cosim.results.touchdown import height_in_retainer, touchdown
 from array_types import Array
 
 Runs = Mapping[str, Signals]
@@ -141,7 +141,7 @@ def _motion(runs: Runs, bearing: str, falls: bool) -> tuple[str, list[Array | No
     clearances = [c for c in gaps if c is not None]
     unit = length_unit(max(_largest(radii), *clearances, 0.0))
     if falls and clearances:
-        heights = [height(run, support(run, bearing)) for run in runs.values()]
+        heights = [height_in_retainer(run, support(run, bearing)) for run in runs.values()]
         if all(h is not None for h in heights):
             lowest = {-c / unit.size for c in clearances}
             return f"height ({unit.label})", [None if h is None else unit.of(h) for h in heights], lowest

@@ -79,9 +79,9 @@ def set_orbit_axes(panel: Axes, title: str, limit: float, label: str) -> None:
         axis.set_major_locator(MaxNLocator(4, symmetric=True))
 
 
-def draw_retainer(panel: Axes, clearance: float, centre: tuple[float, float] = (0.0, 0.0)) -> None:
+def draw_retainer(panel: Axes, clearance: float) -> None:
     """Draw the inner edge of a retainer or bush as a grey ring behind the orbits, which may touch this ring."""
-    panel.add_patch(Annulus(centre, (1.0 + RING) * clearance, RING * clearance, **RETAINER))
+    panel.add_patch(Annulus((0.0, 0.0), (1.0 + RING) * clearance, RING * clearance, **RETAINER))
 
 
 def retainer_sample() -> Patch:

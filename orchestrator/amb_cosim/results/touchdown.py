@@ -193,7 +193,20 @@ def height(dataset: Signals, place: str) -> Array | None:
 
     The result is None if there is no gravity across the shaft.
     """
-    values, motion, gravity = parameters(dataset), path_at_rest(dataset, place), gravity_across(dataset)
+    return _upwards(dataset, path_at_rest(dataset, place))
+
+
+def height_in_retainer(dataset: Signals, place: str) -> Array | None:
+    """Return the height (m) of the rotor above the centre of a retainer, which has an offset and moves on its mount.
+
+    The result is None if there is no gravity across the shaft. At the bottom of the retainer it is minus the clearance.
+    """
+    return _upwards(dataset, path(dataset, place))
+
+
+def _upwards(dataset: Signals, motion: Path | None) -> Array | None:
+    """Return the component of a displacement (m) against gravity, if there is gravity across the shaft."""
+    values, gravity = parameters(dataset), gravity_across(dataset)
     if motion is None or "gravity_angle" not in values or not gravity:
         return None
     angle = values["gravity_angle"]

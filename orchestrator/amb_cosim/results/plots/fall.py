@@ -15,7 +15,6 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import (
     DASHED,
-    GREY,
     StyledFigure,
     draw_retainer,
     fitted,
@@ -23,7 +22,7 @@ from amb_cosim.presentation.style import (
     set_orbit_axes,
 )
 from amb_cosim.presentation.units import SYMBOLS, ZERO_CELSIUS, force_unit, length_unit, speed_unit
-from amb_cosim.results.orbits import centre, gravity_across, turned_upright
+from amb_cosim.results.orbits import gravity_across
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
     FIRST_TEXT,
@@ -45,11 +44,10 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.plots.forces import PALE, site_force
-from amb_cosim.results.plots.joined import between, dots_sample, draw_joined, orbit_line
+from amb_cosim.results.plots.joined import dots_sample, draw_joined, orbit_line
 from amb_cosim.results.signal_arrays import cycles, parameters, speed, speed_changes
-from amb_cosim.results.touchdown import height
+from amb_cosim.results.touchdown import height_in_retainer
 from amb_cosim.results.touchdown import touchdown as describe
-from array_types import Array
 
 Draw = Callable[[Axes, Signals, list[Station]], None]
 """Draws a panel with curves of these stations over time."""
@@ -63,8 +61,10 @@ def touchdown(dataset: Signals) -> Figure:
     """Draw the orbit at each station in its retainer, and below it heights, speeds, heat and temperatures over time.
 
     For a rotor with faces, the gaps along the shaft are also drawn. At bearings with retainers, heights are drawn if
-    there is gravity across the shaft, and gaps to the retainers otherwise. An inset enlarges the first impacts; the
-    orbit up to their end is drawn in a dark colour. The titles of the orbits state the whirl and the largest force.
+    there is gravity across the shaft, and gaps to the retainers otherwise. Orbits and heights are relative to the
+    retainer, which may have an offset and move on its mount, so the journal touches it where it reaches the clearance.
+    An inset enlarges the first impacts; the orbit up to their end is drawn in a dark colour. The titles of the orbits
+    state the whirl and the largest force.
     """
     drawn, result = [station for station in stations(dataset) if station.site], places(dataset)
     retainers = {**result.retainers, **result.second}
@@ -145,10 +145,6 @@ def _add_inset(panel: Axes, dataset: Signals, draw: Draw, drawn: list[Station], 
     inset.yaxis.set_major_locator(MaxNLocator(4))
 
 
-def _has_housing(dataset: Signals, station: Station) -> bool:
-    return bool(parameters(dataset).get(f"{station.site}.housing_mass"))
-
-
 def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
     """Return the legend that explains the colours and dashes of all panels."""
     names = [*(station.site for station in drawn), *places(dataset).faces]
@@ -159,8 +155,6 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
         Line2D([], [], color="0.3", alpha=PALE, lw=0.5, label="orbit after the first impacts"),
         retainer_sample(),
     ]
-    if any(_has_housing(dataset, station) for station in drawn):
-        entries.append(Line2D([], [], color=GREY, label="centre of the housing"))
     return entries
 
 
@@ -173,39 +167,23 @@ def lowest_sample(dataset: Signals) -> Line2D:
 
 def _reach(dataset: Signals, station: Station) -> float:
     """Return the largest coordinate (m) that the picture of an orbit must show."""
-    ring = clearance(dataset, station.site) + float(np.abs(_offset(dataset, station.site)).max())
-    return max(ring, float(np.nanmax(np.abs(_seen(dataset, station)))))
-
-
-def _offset(dataset: Signals, site: str) -> Array:
-    """Return the position (m) of a retainer at rest, as components to the right and upwards, shape (2,)."""
-    values = parameters(dataset)
-    offset = np.array([[float(values.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
-    return turned_upright(dataset, offset)[:, 0]
-
-
-def _seen(dataset: Signals, station: Station) -> Array:
-    """Return the inertial position (m) of the journal, as components to the right and upwards, shape (2, n)."""
-    return turned_upright(dataset, station.path(dataset) + centre(dataset, station.place))
+    return max(clearance(dataset, station.site), float(np.nanmax(np.abs(station.seen(dataset)))))
 
 
 def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -> bool:
-    """Draw the paths of the journal and of a moving housing, and the clearance around the housing at rest.
+    """Draw the path of the journal relative to its retainer, and the clearance.
 
     Return whether some samples of the path are drawn as dots.
     """
     unit = length_unit(limit)
     gap = clearance(dataset, station.site)
     line, sample = orbit_line(dataset, station.site, station.seen(dataset), gap)
-    x, y = unit.of(line + between(turned_upright(dataset, centre(dataset, station.place)), sample))
-    x_0, y_0 = unit.of(_offset(dataset, station.site))
-    draw_retainer(panel, gap / unit.size, (float(x_0), float(y_0)))
+    x, y = unit.of(line)
+    draw_retainer(panel, gap / unit.size)
     colour, first = colour_of(dataset, station.site), first_impacts(dataset)
     early = (dataset["time"].values <= (np.inf if first is None else first[1]))[sample]
     has_dots = draw_joined(panel, x, y, color=colour, lw=0.5, alpha=PALE)
     draw_joined(panel, x[early], y[early], color=colour, lw=0.9)
-    if _has_housing(dataset, station):
-        panel.plot(*unit.of(turned_upright(dataset, centre(dataset, station.site))), color=GREY, lw=0.6)
     right, up = orbit_labels(dataset, unit.label)
     set_orbit_axes(panel, station.title, limit / unit.size, right)
     mark_axes(panel, dataset)
@@ -214,17 +192,17 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
 
 
 def draw_fall(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
-    """Draw the height at each station and its lower limit or, without gravity, the gap to the retainer."""
+    """Draw the height in the retainer at each station and its lower limit or, without gravity, the gap."""
     unit = length_unit(max((_reach(dataset, station) for station in drawn), default=1.0))
     falls = bool(gravity_across(dataset))
     for station in drawn:
         gap = clearance(dataset, station.site) - np.hypot(*station.path(dataset))
-        values = height(dataset, station.place) if falls else gap
+        values = height_in_retainer(dataset, station.place) if falls else gap
         if values is not None:
             panel.plot(time_values(dataset), unit.of(values), color=colour_of(dataset, station.site))
-        lowest = float(_offset(dataset, station.site)[1]) - clearance(dataset, station.site) if falls else 0.0
+        lowest = -clearance(dataset, station.site) if falls else 0.0
         panel.axhline(lowest / unit.size, color="black", lw=0.8, ls=DASHED)
-    panel.set_title("Height against gravity" if falls else "Gap to the retainer", loc="left")
+    panel.set_title("Height in the retainer" if falls else "Gap to the retainer", loc="left")
     panel.set_ylabel(f"{'height' if falls else 'gap'} ({unit.label})")
 
 

@@ -33,12 +33,6 @@ def orbit_line(dataset: Signals, site: str, path: Array, clearance: float) -> tu
     return joined(path, closed, clearance, turned)
 
 
-def between(values: Array, sample: NDArray[np.int64]) -> Array:
-    """Interpolate values linearly from the samples, shape (k, n), to the points of a `joined` line."""
-    first = np.searchsorted(sample, np.arange(values.shape[1]))
-    return np.array([np.interp(np.arange(len(sample)), first, row) for row in values])
-
-
 def dots_sample() -> Line2D:
     """Return the entry of a legend for the dots of `draw_joined`."""
     return Line2D([], [], color="0.3", marker=".", ms=2.5, ls="", label="samples too far apart to join")
