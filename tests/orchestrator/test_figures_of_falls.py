@@ -126,6 +126,26 @@ def test_peaks_beyond_the_axis_are_marked_in_the_colour_of_their_run():
         assert not cut_texts(figure)
 
 
+@pytest.mark.parametrize("later", [0.1, 1.0, 20.0])
+def test_enlarged_impacts_have_a_force_axis_of_their_own(later):
+    """Means of 11.5 and 15.9 kN in the first 50 ms, peaks twice as high, and a whirl with `later` times the second."""
+    dataset = fall()
+    t = dataset["time"].values
+    first = np.searchsorted(t, LANDED) + 1
+    for site, newtons in (("rb1", 11.5e3), ("rb2", 15.9e3)):
+        mean = np.where(np.arange(len(t)) == first, newtons, 0.0) + np.where(t > LANDED + 0.1, later * 15.9e3, 0.0)
+        dataset[f"rotor_contact.{site}.f_n_mean"] = ("time", mean)
+        dataset[f"rotor_contact.{site}.f_n_peak"] = ("time", 2.0 * mean)
+        dataset[f"rotor_contact.{site}.impulse"] = ("time", np.zeros(len(t)))
+    alone, compared = plots.figure(dataset, "contact"), overlays({"a": dataset, "b": dataset})["contact"]
+    for panels in (alone.axes[1:4:2], compared.axes[1:4:2]):
+        for panel, kilonewtons in zip(panels, (11.5, 15.9), strict=True):
+            assert np.ptp(panel.get_xlim()) == pytest.approx(0.05)
+            assert 2.0 * kilonewtons < panel.get_ylim()[1] < 4.0 * kilonewtons
+    for panel, largest in zip(alone.axes[:4:2], (max(11.5, later * 15.9), max(1.0, later) * 15.9), strict=True):
+        assert panel.get_ylim()[1] > largest
+
+
 def test_short_fall_is_enlarged_from_the_release_on():
     """A fall of 10 ms begins at 0.1 s, the release."""
     dataset = fall()

@@ -64,14 +64,17 @@ def draw_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None
 def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]], reach: float = REACH) -> None:
     """Mark the forces that the summary states and the peaks beyond the axis, with their values.
 
-    Only forces and peaks within the time limits of the panel are marked. The force axis extends to the highest of these
-    peaks, but at most to `reach` times the largest mean.
+    Only forces and peaks within the time limits of the panel are marked, and only these set its force axis, so that the
+    first impacts keep their scale if a later force is larger. The axis extends to the highest of these peaks, but at
+    most to `reach` times the largest mean between the limits.
     """
     unit, (begin, end) = _unit_of(forces), panel.get_xlim()
-    shown = [(times, np.where((begin <= times) & (times <= end), force.peak, np.nan)) for times, force, _ in forces]
+    visible = [(begin <= times) & (times <= end) for times, _, _ in forces]
+    shown = [(times, np.where(at, force.peak, np.nan)) for at, (times, force, _) in zip(visible, forces, strict=True)]
     highest = [float(np.nanmax(peak, initial=0.0)) for _, peak in shown]
-    marked = max(force.marked[1] for _, force, _ in forces)
-    top = ROOM * max(min(max(highest), reach * marked), marked) / unit.size
+    means = [float(np.nanmax(force.mean[at], initial=0.0)) for at, (_, force, _) in zip(visible, forces, strict=True)]
+    mean = max(means) or max(highest) or max(force.marked[1] for _, force, _ in forces)
+    top = ROOM * max(min(max(highest), reach * mean), mean) / unit.size
     panel.set_ylim(0.0, top)
     cut = [k for k, peak in enumerate(highest) if peak > top * unit.size]
     for line, k in enumerate(cut):
