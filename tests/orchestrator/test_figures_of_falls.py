@@ -1,6 +1,7 @@
 """Figures of runs that touch: scales, marked numbers, enlarged parts, titles and names of events."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -360,6 +361,25 @@ def test_whirl_much_faster_than_the_spin_has_a_logarithmic_axis(times, scale):
     (text,) = [text for text in panel.texts if "rolling" in text.get_text()]
     assert f"{-rolling:,.0f} rpm" in text.get_text()
     assert text.get_position()[1] == pytest.approx(rolling)
+    assert not cut_texts(figure)
+
+
+@pytest.mark.parametrize("speeds", [(1.0, 0.1), (0.1, 1.0), (1.0, 1.0), (1.0, 0.999), (1.0, 0.0)])
+def test_whirl_of_rolling_is_written_as_a_range_if_the_spin_changes(speeds):
+    """-Omega R/c with R = 30 c, from the lowest to the highest; a change of 0.1 % is one speed."""
+    sweep = OMEGA * np.linspace(*speeds, 3051)
+    dataset = fall(speed=sweep, **{"rb1.whirl_speed": -30.0 * sweep})
+    parameters = json.loads(dataset.attrs["parameters"])
+    parameters["rotor_contact"] |= {f"{site}.journal_radius": 30.0 * CLEARANCE for site in ("rb1", "rb2")}
+    figure = plots.figure(dataset.assign_attrs(parameters=json.dumps(parameters)), "whirl")
+    (text,) = [text for text in figure.axes[0].texts if "rolling" in text.get_text()]
+    numbers = re.findall(r"[\d,]+", text.get_text().replace("\N{MINUS SIGN}", ""))
+    expected = [30.0 * RPM * OMEGA * share for share in sorted(speeds, reverse=True)]
+    if np.ptp(speeds) < 0.01:
+        expected = [np.mean(expected)]
+    assert [float(number.replace(",", "")) for number in numbers] == pytest.approx(expected, abs=1.0)
+    on_the_slow_side = text.get_ha() == ("right" if speeds[1] < speeds[0] else "left")
+    assert on_the_slow_side or len(expected) == 1
     assert not cut_texts(figure)
 
 

@@ -29,6 +29,7 @@ from amb_cosim.results.plots.axes import (
     name_events,
     plant_signal,
     site_title,
+    speed_is_drawn,
     time_values,
     title_padding,
 )
@@ -144,7 +145,7 @@ def _draw_column(
 def whirl(dataset: Signals) -> Figure:
     """Draw the whirl speed at each touched site except faces, with spin and rolling speed, and the mode of contact.
 
-    The axis covers the whirl of the rotor; a rolling speed beyond it is written as text instead of being drawn. If the
+    The axis covers the whirl of the rotor. The rolling speed, or its range if the spin changes, is also written. If the
     whirl is more than `MANY_SPEEDS` times as fast as the spin, the axis is logarithmic beyond twice the spin speed.
     """
     sites = [site for site in touched_sites(dataset) if site in places(dataset).sites]
@@ -165,13 +166,8 @@ def whirl(dataset: Signals) -> Figure:
         low, high = _whirl_limits(Omega, whirling)
         _scale_whirl(whirl_panel, low, high, float(np.abs(Omega).max()))
         whirl_panel.set_ylabel(f"whirl ({unit.label})")
-        at = float(np.median(unit.of(rolling)))
         if is_fixed:
-            text = f"rolling: {at:,.0f} {unit.label}{', below' if at < low else ''}".replace("-", "\N{MINUS SIGN}")
-            place = (0.99, 0.03) if at < low else (0.01, at)
-            style: dict[str, Any] = {"ha": "right" if at < low else "left", "fontsize": 8, "color": "0.3"}
-            to_axes = whirl_panel.transAxes if at < low else whirl_panel.get_yaxis_transform()
-            whirl_panel.text(*place, text, transform=to_axes, va="bottom", **style)
+            _write_rolling(whirl_panel, unit.of(rolling), unit.label, sweeps=speed_is_drawn(dataset))
         mode_panel.step(times, plant_signal(dataset, f"{site}.mode"), where="post", color="black", lw=0.8)
         mode_panel.set_ylim(-0.4, len(MODES) - 0.6)
         mode_panel.set_yticks(range(len(MODES)), MODES)
@@ -196,6 +192,24 @@ def _rolling_whirl(dataset: Signals, site: str) -> tuple[Array, bool]:
     has_race = race is not None and float(parameters(dataset).get(f"{site}.race_inertia", 0.0)) > 0.0
     turning = race if race is not None and has_race else np.zeros(dataset.sizes["time"])
     return -(speed(dataset) * radius - turning * (radius + c)) / c, not has_race
+
+
+def _write_rolling(panel: Axes, rolling: Array, unit: str, *, sweeps: bool) -> None:
+    """Write the whirl speed of rolling at its line or, if it `sweeps` with the spin, its range beside its slow end.
+
+    If it is below the limits of the axis, it is written in the lower right corner, which it could not reach.
+    """
+    ends = sorted({float(rolling.min()), float(rolling.max())} if sweeps else {float(np.median(rolling))})
+    is_below = ends[-1] < panel.get_ylim()[0]
+    speeds = " to ".join(f"{speed:z,.0f}" for speed in ends)
+    text = f"rolling: {speeds} {unit}{', below' if is_below else ''}".replace("-", "\N{MINUS SIGN}")
+    on_the_right = is_below or (sweeps and abs(rolling[-1]) <= abs(rolling[0]))
+    x, side = (0.99, "right") if on_the_right else (0.01, "left")
+    in_corner = is_below or sweeps
+    to_axes = panel.transAxes if in_corner else panel.get_yaxis_transform()
+    panel.text(
+        x, 0.03 if in_corner else ends[0], text, transform=to_axes, ha=side, va="bottom", fontsize=8, color="0.3"
+    )
 
 
 def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
