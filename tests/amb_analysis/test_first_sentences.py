@@ -45,6 +45,9 @@ def test_campbell_counts_critical_speeds_and_names_the_least_damped_and_the_near
     nearest = min(result.critical_speeds, key=lambda row: abs(row.speed - 300.0 * math.pi))
     count = f"{len(result.critical_speeds)} critical speeds"
     assert_names(first_line(result), count, rpm(worst.speed), f"{worst.damping_ratio:.3g}", rpm(nearest.speed), "9000")
+    least, _, near = first_line(result).partition(";")
+    assert worst.whirl in least
+    assert nearest.whirl in near
     assert_names(first_line(studies.campbell("compressor", up_to="100 rpm")), "No critical speed", "100 rpm")
 
 

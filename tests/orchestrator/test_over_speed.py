@@ -71,7 +71,7 @@ def crossing_poles() -> ClosedLoopPoles:
         sample_time=sample_time,
         speeds=speeds,
         poles=poles,
-        least_damped=LeastDamped(decrements[-1] / (2.0 * math.pi), speeds[-1], 100.5),
+        least_damped=LeastDamped(decrements[-1] / (2.0 * math.pi), speeds[-1], 100.5, "forward"),
         spectral_radii=radii,
         growth_rates=growth,
         least_stable=LoopStability(radii[-1], growth[-1], 100.5, speeds[-1]),
@@ -91,17 +91,44 @@ def test_vibration_frequency_at_a_critical_speed_is_that_of_rotation():
     assert critical.decrement == pytest.approx(0.14975)
 
 
+@pytest.mark.parametrize("whirl", ["forward", "backward", "mixed"])
+def test_critical_speeds_and_the_least_damped_vibration_of_a_loop_have_their_whirl(whirl):
+    """Only a forward whirl follows the unbalance at a critical speed."""
+    made = crossing_poles()
+    first, second = made.poles
+    poles = replace(
+        made,
+        poles=(replace(first, whirl=(whirl,) * 21), second),
+        least_damped=replace(made.least_damped, whirl=whirl),
+    )
+    (critical,) = poles.critical_speeds
+    assert critical.whirl == whirl
+    answer, *_ = poles.text()
+    (line,) = [part for part in poles.text() if isinstance(part, str) and part.startswith("critical speeds")]
+    assert_names(answer, whirl)
+    assert_names(line, "959.7 rpm", whirl)
+
+
+def test_whirl_of_a_critical_speed_is_that_of_the_sample_beside_it():
+    """The vibration of 100.5 rad/s changes its sense between 100 and 110 rad/s; 100 is nearer."""
+    made = crossing_poles()
+    turned = replace(made.poles[0], whirl=("backward",) * 11 + ("forward",) * 10)
+    assert [critical.whirl for critical in replace(made, poles=(turned,)).critical_speeds] == ["backward"]
+
+
 def test_critical_speeds_beyond_the_table_of_a_seal_are_marked():
     rows = tuple(AtSpeed(speed, ((1e5, 0.0), (0.0, 1e5))) for speed in (0.0, 50.0))
     result = replace(crossing_poles(), limits=limits_of((Bearing("labyrinth", 1, at_speed=rows),)))
-    assert_names(str(result), "labyrinth", "0 to 477.5 rpm", "959.7 rpm (mode 1, decrement 0.15, extrapolated)")
+    assert_names(
+        str(result), "labyrinth", "0 to 477.5 rpm", "959.7 rpm (mode 1, forward, decrement 0.15, extrapolated)"
+    )
     assert [any(patch.get_hatch() for patch in axes.patches) for axes in figure(result).axes] == [True, True, False]
     assert "extrapolated" not in str(crossing_poles())
 
 
 def test_legend_of_poles_is_not_cut():
     """A vibration far above the axes has the longest entry."""
-    fast = replace(crossing_poles(), least_damped=LeastDamped(0.0001234, 200.0, 14857.0))
+    fast = replace(crossing_poles(), least_damped=LeastDamped(0.0001234, 200.0, 14857.0, "forward"))
     picture = figure(fast)
     assert any("triangle" in text.get_text() for text in titles(picture))
     assert not cut_texts(picture)
@@ -147,7 +174,7 @@ def test_least_damped_vibration_is_marked_even_beyond_the_axes():
     """2276 Hz with a decrement of 0.0026 at 150 rad/s, where the figure follows vibrations up to 143 Hz."""
     decrement = 0.0026
     ratio = decrement / np.hypot(2.0 * np.pi, decrement)
-    least = LeastDamped(ratio, 150.0, 2.0 * np.pi * 2276.0)
+    least = LeastDamped(ratio, 150.0, 2.0 * np.pi * 2276.0, "backward")
     picture = figure(replace(crossing_poles(), least_damped=least))
     frequency, damping, plane = picture.axes
     marks = [[line for line in axes.lines if line.get_marker() in "^vD"] for axes in picture.axes]

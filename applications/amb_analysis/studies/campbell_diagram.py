@@ -118,21 +118,25 @@ class CampbellDiagram(WarnedResult, DrawnResult):
         return [self._answer(), table, *notes, f"{reduced} full model; use --full to analyse it"]
 
     def _answer(self) -> str:
-        """State the number of critical speeds, the least damped of them, and the nearest to the operating speed."""
+        """State the number of critical speeds, the least damped of them, and the nearest to the operating speed.
+
+        The whirl of both is stated, because unbalance hardly excites backward whirl.
+        """
         unit, criticals = speed_unit(), self.critical_speeds
         if not criticals:
             return f"No critical speed of {self.rotor} up to {unit.text(self.speeds[-1])}"
         worst = min(criticals, key=lambda row: row.damping_ratio)
         count = f"{len(criticals)} critical speed{'s' * (len(criticals) > 1)} of {self.rotor}"
         least = (
-            f"the least damped at {unit.text(worst.speed)} (mode {worst.mode}, damping ratio {worst.damping_ratio:.3g})"
+            f"the least damped at {unit.text(worst.speed)} (mode {worst.mode}, {worst.whirl}, damping ratio "
+            f"{worst.damping_ratio:.3g})"
         )
         answer = f"{count} up to {unit.text(self.speeds[-1])}, {least}"
         if self.operating_speed is None:
             return answer
         speed = self.operating_speed
         nearest = min(criticals, key=lambda row: abs(row.speed - speed))
-        return f"{answer}; the nearest to {unit.text(speed)} is {unit.text(nearest.speed)}"
+        return f"{answer}; the nearest to {unit.text(speed)} is {unit.text(nearest.speed)} ({nearest.whirl})"
 
 
 def campbell(

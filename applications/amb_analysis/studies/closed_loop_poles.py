@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, speed_range
 from amb_analysis.studies.loop_vibrations import (
+    Direction,
     LeastDamped,
     Vibrations,
     begun_later,
@@ -23,6 +24,7 @@ from amb_analysis.studies.loop_vibrations import (
     least_damped,
     vibrations,
     vibrations_over,
+    whirl_of,
 )
 from amb_analysis.studies.result import MachineResult
 from amb_cosim.cosim.choices import Flavour
@@ -35,15 +37,12 @@ from amb_cosim.results.loop_stability import LoopStability
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_files.checks import require
 from array_types import Array
-from rotor_analysis.modes import Whirl
 from rotor_analysis.refinement import with_samples
 from rotor_analysis.tracking import RESONANT
 
 POINTS = 61  # speeds of the diagram, before those of tables and near critical speeds are added
 ROUNDS = 6  # of adding samples at critical speeds
 LOWEST = 1e-3  # first speed over the highest: a rotor at rest has no sense of whirl
-Direction = Whirl | Literal["axial"]
-CLEAR = 0.05  # sense of whirl, from -1 to 1, up to which it is mixed
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,11 +76,14 @@ class CriticalCrossing:
         The spin speed (rad/s).
     decrement
         Logarithmic decrement of the vibration at this speed (1).
+    whirl
+        Sense of whirl at the bearings; unbalance hardly excites a backward whirl.
     """
 
     mode: int
     speed: float
     decrement: float
+    whirl: Direction
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -157,7 +159,7 @@ class ClosedLoopPoles(MachineResult):
                         (pole.whirl[k] or "") + self._mark(self.speeds[k]),
                     )
         criticals = ", ".join(
-            f"{speed_unit().text(c.speed)} (mode {c.mode}, decrement {c.decrement:.3g}{self._mark(c.speed)})"
+            f"{speed_unit().text(c.speed)} (mode {c.mode}, {c.whirl}, decrement {c.decrement:.3g}{self._mark(c.speed)})"
             for c in self.critical_speeds
         )
         notes = [*limit_notes(self.limits, self.speeds), *self.warning_lines()]
@@ -321,11 +323,5 @@ def _crossings(speeds: Array, followed_poles: Sequence[PoleOverSpeed]) -> Iterat
         for k in np.flatnonzero(((before > 0.0) & (after <= 0.0)) | ((before <= 0.0) & (after > 0.0))):
             share = float(beyond[k] / (beyond[k] - beyond[k + 1]))
             at, decrement = ((1.0 - share) * v[k] + share * v[k + 1] for v in (speeds, pole.decrements))
-            yield CriticalCrossing(mode, float(at), float(decrement))
-
-
-def whirl_of(sense: float) -> Direction:
-    """Return the whirl direction for a sense of whirl from -1 (backward) to 1 (forward), or `axial` for NaN."""
-    if math.isnan(sense):
-        return "axial"
-    return "mixed" if abs(sense) <= CLEAR else "forward" if sense > 0.0 else "backward"
+            whirl = pole.whirl[k if share < 0.5 else k + 1] or "mixed"
+            yield CriticalCrossing(mode, float(at), float(decrement), whirl)

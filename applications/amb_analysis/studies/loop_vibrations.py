@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,13 @@ from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.units import frequency_unit
 from amb_cosim.results.loop_stability import LoopStability
 from array_types import Array, Complex
+from rotor_analysis.modes import Whirl
 from rotor_analysis.refinement import refined
 
 TURN = 0.3  # cost of the opposite sense of whirl in the pairing of poles, as a distance over |s|
 APART = 1e6  # of such costs, between a vibration along the shaft and one across it
+Direction = Whirl | Literal["axial"]
+CLEAR = 0.05  # sense of whirl, from -1 to 1, up to which it is mixed
 
 
 @dataclass(frozen=True)
@@ -55,15 +59,16 @@ class Vibrations:
 
 @dataclass(frozen=True)
 class LeastDamped:
-    """The vibration with the smallest damping ratio over all speeds, with its speed and damped frequency (rad/s)."""
+    """The vibration with the smallest damping ratio over all speeds: its speed, damped frequency (rad/s), and whirl."""
 
     damping_ratio: float
     speed: Annotated[float, "rad/s"]
     frequency: Annotated[float, "rad/s"]
+    whirl: Direction
 
     def __str__(self) -> str:
         frequency = frequency_unit().text(self.frequency, 5)
-        return f"damping ratio {significant(self.damping_ratio)} of the vibration at {frequency}"
+        return f"damping ratio {significant(self.damping_ratio)} of the {self.whirl} vibration at {frequency}"
 
 
 def vibrations(loop: Loop, Omega: float) -> Vibrations:
@@ -120,11 +125,18 @@ def vibrations_over(
 def least_damped(speeds: Array, vibrations: list[Vibrations]) -> LeastDamped | None:
     """Return the least damped of the vibrations at all speeds (rad/s), shape (n,); None if there are no vibrations."""
     candidates = [
-        (float(ratio), float(Omega), float(s.imag))
+        (float(ratio), float(Omega), float(s.imag), whirl_of(float(sense)))
         for Omega, of_speed in zip(speeds, vibrations, strict=True)
-        for ratio, s in zip(of_speed.ratios(), of_speed.poles, strict=True)
+        for ratio, s, sense in zip(of_speed.ratios(), of_speed.poles, of_speed.senses, strict=True)
     ]
     return LeastDamped(*min(candidates)) if candidates else None
+
+
+def whirl_of(sense: float) -> Direction:
+    """Return the whirl direction for a sense of whirl from -1 (backward) to 1 (forward), or `axial` for NaN."""
+    if math.isnan(sense):
+        return "axial"
+    return "mixed" if abs(sense) <= CLEAR else "forward" if sense > 0.0 else "backward"
 
 
 def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]:

@@ -7,9 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from amb_analysis.machine.coupled import coupled_loop
-from amb_analysis.studies.closed_loop_poles import whirl_of
 from amb_analysis.studies.damping_zones import REQUIRED, ZONES
-from amb_analysis.studies.loop_vibrations import Vibrations, begun_later, followed, vibrations
+from amb_analysis.studies.loop_vibrations import Vibrations, begun_later, followed, vibrations, whirl_of
 from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz, rpm
 from amb_assessment.assessment.physics.stability import least_stable, motion_and_speed, spectral_radius
