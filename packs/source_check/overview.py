@@ -17,12 +17,21 @@ REASONS: Mapping[Cause, str] = {
 
 
 def overview(report: Report) -> str:
-    """Return sentences with the number of statements for each verdict, and the missed statements for each cause."""
+    """Return sentences with the number of statements for each verdict, and the missed statements for each cause.
+
+    If only some statements of the source were judged, their number and the number of all statements are given.
+    """
     counts, label = report.counts(), report.statements.label
     plain, with_reading = counts[Verdict.REPRODUCED], counts[Verdict.WITH_READING]
     within, missed = counts[Verdict.WITHIN_LIMIT], counts[Verdict.MISSED]
     given, definition = counts[Verdict.GIVEN], counts[Verdict.DEFINITION]
     others = counts[Verdict.PICTURE] + counts[Verdict.NOT_COMPUTED]
+    judged, all_of_source = counts.total(), len(report.statements.statement)
+    scope = (
+        f"The {label} has {judged} statements"
+        if judged == all_of_source
+        else f"{judged} of the {all_of_source} statements of the {label} are selected"
+    )
     reasons = [
         REASONS[cause].format(
             label=label, count=len(items), names=", ".join(f"`{item.statement.key}`" for item in items)
@@ -32,7 +41,7 @@ def overview(report: Report) -> str:
     ]
     return " ".join(
         [
-            f"The {label} has {counts.total()} statements; {plain + with_reading + within} of them are reproduced: "
+            f"{scope}; {plain + with_reading + within} of them are reproduced: "
             f"{plain} as they stand, {with_reading} with a stated factor or reading, and {within} because a value "
             "is within a limit.",
             f"{missed} are not reproduced.",

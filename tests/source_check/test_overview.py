@@ -3,6 +3,8 @@
 import json
 from pathlib import Path
 
+import pytest
+
 from source_check.evaluation import Judged, Report
 from source_check.overview import overview
 from source_check.statements import load_statements, parse_statements
@@ -37,6 +39,20 @@ def test_every_statement_is_counted_once_and_misses_by_cause():
     for fact in ("paper has 7", "3 of them are reproduced", "2 are not reproduced", "`fig1.odd`"):
         assert fact in text
     assert "fig1.vague" not in text
+
+
+@pytest.mark.parametrize("chosen", [1, 2, 6])
+def test_a_selection_of_statements_is_not_all_that_the_source_has(chosen):
+    """The paper has seven statements, also if a report judges fewer of them."""
+    common = {"where": "Fig. 1", "what": "force", "value": 1.0, "source": "run", "quantity": "peak_force"}
+    made = [{**common, "key": f"fig1.{key}"} for key in KEYS]
+    sources = {"run": {"scenario": "fig4_9"}}
+    statements = parse_statements({"title": "few", "label": "paper", "sources": sources, "statement": made}, "few")
+    items = tuple(Judged(s, v) for s, v in zip(statements.statement[:chosen], VERDICTS, strict=False))
+    text = overview(Report(statements, items, {}))
+    assert f"{chosen} of the 7 statements" in text
+    assert f"paper has {chosen}" not in text
+    assert f"{min(chosen, 3)} of them are reproduced" in text
 
 
 def test_the_page_on_scenarios_begins_with_the_counts_of_the_report():
