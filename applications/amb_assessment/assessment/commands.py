@@ -43,7 +43,7 @@ def assess(
 
     The page shows a verdict for each criterion and suggests changes. FILE may be the name of a packaged machine.
 
-    Of the 30 packaged criteria, 15 were written without access to the text of their standard. The page cites each
+    Of the 31 packaged criteria, 15 were written without access to the text of their standard. The page cites each
     source.
 
     The exit code is 0 if all parts and criteria could be assessed and no loop is unstable, regardless of other

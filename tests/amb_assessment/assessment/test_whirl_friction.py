@@ -5,6 +5,7 @@ import shutil
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from fall_over_top import RIGID, friction_over_top
@@ -27,6 +28,7 @@ from tests.support.messages import assert_names
 
 BLOWER = Path(__file__).parent / "blower"
 FRICTION = 0.15
+ON_RETAINERS = {"friction": FRICTION, "on_face": 0.0}
 
 
 def files_of(machine, folder):
@@ -180,7 +182,7 @@ def test_whirl_friction_of_a_machine_is_found_once_for_all_landings(monkeypatch)
     over_speed = whirl_module.relative_receptances
     monkeypatch.setattr(whirl_module, "relative_receptances", lambda *of: speeds.append(of[1]) or over_speed(*of))
     at_most, at_least = (whirl_friction(subject, friction) for friction in (0.15, 0.05))
-    assert at_least == replace(at_most, facts={"friction": 0.05})
+    assert at_least == replace(at_most, facts=at_most.facts | {"friction": 0.05})
     assert len(speeds) == len(set(speeds)) > 0
 
 
@@ -198,11 +200,38 @@ def test_whirling_landings_are_judged_only_below_the_whirl_friction(friction, wh
     assert verdict_on(Quantity("landing_backward_whirl", "of 8 landings", whirling, "%", facts)) is verdict
 
 
+@pytest.mark.parametrize(("on_face", "advised", "other"), [(0.0, "mount_stiffness", "face"), (1.0, "radius", "top")])
+def test_advice_is_for_what_the_rotor_lands_on(on_face, advised, other):
+    """Mounts do not help a rotor that stands on a face, and a machine without a face has none to enlarge."""
+    item = Quantity("whirl_friction", "here", 0.24, "1", ON_RETAINERS | {"on_face": on_face})
+    (found,) = (item for item in judge([item], load_criteria(), {}) if item.criterion is not None)
+    assert found.verdict is Judgement.FAILED
+    assert advised in found.advice
+    assert found.criterion is not None
+    assert other not in found.advice + found.criterion.what + found.criterion.source
+    assert (found.limit, found.criterion.known) == (2.0 * FRICTION, "own")
+
+
+@pytest.mark.parametrize(
+    ("gravity", "falls_onto_a_face", "on_face"),
+    [(9.81, False, 0.0), (9.81, True, 0.0), (0.0, True, 1.0), (0.0, False, 0.0)],
+)
+def test_only_an_upright_rotor_stands_on_a_face(gravity, falls_onto_a_face, on_face):
+    """A horizontal rotor with a thrust disc has faces, too, and falls onto its retainers."""
+    found = Quantity("whirl_friction", "here", 0.5, "1", {"stiffer": 0.5})
+    subject = SimpleNamespace(
+        gravity_across=gravity,
+        falls_onto_a_face=falls_onto_a_face,
+        linear_components=SimpleNamespace(cached=lambda name, find: found),
+    )
+    assert whirl_friction(subject, FRICTION).facts == {"friction": FRICTION, "on_face": on_face}
+
+
 def test_whirl_friction_just_below_the_coefficient_leaves_it_to_chance():
-    item = Quantity("whirl_friction", "td_a, 0 rpm", 0.24, "1", {"friction": FRICTION})
+    item = Quantity("whirl_friction", "td_a, 0 rpm", 0.24, "1", ON_RETAINERS)
     assert_names(chance(item), "0.15", "0.24", "chance")
     assert verdict_on(item) is Judgement.FAILED
-    assert not chance(Quantity("whirl_friction", "td_a, 0 rpm", 0.31, "1", {"friction": FRICTION}))
+    assert not chance(Quantity("whirl_friction", "td_a, 0 rpm", 0.31, "1", ON_RETAINERS))
 
 
 @pytest.mark.parametrize(
@@ -224,7 +253,7 @@ def test_contact_in_whirling_landings_counts_unless_left_to_chance(friction, whi
         touched = ("seal",) if whirls else ()
         return landing.Landing(mu, phase, {}, whirls, not whirls, None, touched, touched)
 
-    item = Quantity("whirl_friction", "td_a, 0 rpm", friction, "1", {"friction": FRICTION})
+    item = Quantity("whirl_friction", "td_a, 0 rpm", friction, "1", ON_RETAINERS)
     monkeypatch.setattr(landing, "whirl_friction", lambda *_: item)
     monkeypatch.setattr(landing, "worst_inputs", lambda _: {})
     monkeypatch.setattr(landing, "_landed", land)

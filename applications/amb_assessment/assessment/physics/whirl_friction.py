@@ -24,7 +24,7 @@ from amb_cosim.scenario.scenario import Scenario
 from rotor_analysis.refinement import refined
 from rotor_analysis.rotor_file import load_rotor
 
-declare("whirl_friction", "1", ("friction",))
+declare("whirl_friction", "1", ("friction", "on_face"))
 
 SPEEDS = 5  # from standstill to the trip speed, before refinement about minima
 UNKNOWN = 3.0  # factor by which the stiffness of a face may differ, since nobody has measured it
@@ -52,7 +52,8 @@ def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
         open_ended = (
             f"on a face {UNKNOWN:g} times as stiff, friction of {least.facts['stiffer']:.3g} or more drives whirl"
         )
-    return replace(least, facts={"friction": friction}, may_worsen_because=open_ended)
+    facts = {"friction": friction, "on_face": float(standing)}
+    return replace(least, facts=facts, may_worsen_because=open_ended)
 
 
 def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
@@ -151,4 +152,4 @@ def chance(least: Quantity) -> str:
 
 def whirl_facts(least: Quantity) -> dict[str, float]:
     """Return the variables for criteria on landings: `whirl_friction`, and the largest friction of the landings."""
-    return {"whirl_friction": least.value, **least.facts}
+    return {"whirl_friction": least.value, "friction": least.facts["friction"]}
