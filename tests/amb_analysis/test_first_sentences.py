@@ -145,7 +145,7 @@ def waterfall():
         scenario="run",
         window=1.0,
         times=line,
-        speeds=line,
+        spin_frequencies=line,
         frequencies=line,
         changing_speed=True,
         bearings={"west": spectra},
