@@ -20,7 +20,7 @@ from amb_sweeps.variations import Variation, Variations
 from rotor_contact.variables.contact_laws import CONSTRAINT
 from rotor_contact.variables.enumerations import NEWTON
 
-FRICTION = ("*.mu", "*.mu_static")
+FRICTION = ("*.mu", "*.mu_*")
 OF_RETAINERS = {  # zero if a retainer has a fixed housing, or a race that does not turn
     "mount stiffness": ("*.mount_stiffness_?",),
     "mount damping": ("*.mount_damping_?",),

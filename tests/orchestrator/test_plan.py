@@ -320,7 +320,7 @@ OF_STOP = [
     ("sampler.i", "sampler.ii", ("stop", "'sampler.ii'", "sampler.i")),
     ("sampler.i", "sampler.k_x", ("stop", "'sampler.k_x'")),
     ("2 kA", "2 kN", ("stop", "sampler.i", "'2 kN'", "kN", "A")),
-    ("10 Hz", "-10 kHz", ("stop", "Omega", ">= -100000", "<= 100000 rad/s")),
+    ("10 Hz", "-10 kHz", ("stop", "Omega", ">= -10000", "<= 10000 rad/s")),
 ]
 REFUSED = [  # arguments of `plan`, and facts of the message
     *(({"scenario": SCENARIO.replace(old, new, 1)}, ("scenario mine", *facts)) for old, new, facts in OF_SCENARIO),

@@ -124,7 +124,9 @@ def test_the_summary_names_the_face_on_which_the_rotor_stands(landing):
     assert 600.0 < summary.averaged_contact_force["seat"] < summary.peak_contact_force["seat"] < 1100.0
     face = summary.touchdown.retainers["seat"]
     race = 0.5 * 6e-6 * landing.dataset["rotor_contact.catch_lower.race_speed"].values[-1] ** 2
-    assert face.heat == pytest.approx(race, rel=0.1)  # friction on a race takes as much as the race gains
+    slid = landing.dataset["rotor_contact.seat.heat"].values[-1]  # without the drag of the race
+    assert slid == pytest.approx(race, rel=0.1)  # friction on a race takes as much as the race gains
+    assert face.heat == pytest.approx(summary.energy["friction"] + summary.energy["impact"], rel=0.01)
     assert face.temperature > 293.15
     assert all(mm is None for mm in summary.touchdown.drop.values())  # nothing falls across an upright shaft
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import amb_cosim
-from amb_cosim.results.loop_stability import ATTRIBUTE, known_loop
+from amb_cosim.results.loop_stability import ATTRIBUTE, stability_of_loop
 from amb_cosim.results.summary import summarise
-from amb_cosim.scenario import known_loop as known_loop_module
+from amb_cosim.scenario import final_loop
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.worker import Runner, Task
 from tests.support.messages import assert_names
@@ -98,7 +98,7 @@ def test_a_mode_that_nothing_excites_is_unstable_at_once(loop):
     result = run(loop(-0.5), 0.02)
     assert np.abs(result.dataset["rotor_contact.left.x"].values).max() < 1e-12
     assert result.summary.recovery == "unstable"
-    rate, frequency = known_loop(result.dataset).growth_rate, known_loop(result.dataset).frequency
+    rate, frequency = stability_of_loop(result.dataset).growth_rate, stability_of_loop(result.dataset).frequency
     assert_names(
         result.summary.verdict.sentence, "unstable at 9000 rpm", f"{rate:.3g} 1/s", f"{frequency / 6.2832:.5g} Hz"
     )
@@ -169,7 +169,7 @@ def test_a_kept_answer_is_that_of_the_same_loop_alone(loop, monkeypatch):
     def compute(*_):
         raise Computed
 
-    monkeypatch.setattr(known_loop_module, "_computed", compute)
+    monkeypatch.setattr(final_loop, "_computed", compute)
     again = run(loop(1.1, inputs={"rotor_contact": {"centre.u": "0.3 g.mm"}}), 0.008)
     assert again.dataset.attrs[ATTRIBUTE] == first
     for other in (loop(1.1, Omega="9011 rpm"), loop(1.1, integral=11.0)):
@@ -181,10 +181,10 @@ def test_a_kept_answer_is_that_of_the_same_loop_alone(loop, monkeypatch):
 def test_the_loop_is_not_known_once_an_event_has_changed_it(loop, changed):
     fault = {"label": "fault", "time": "10 ms", "set": {"amb_actuator": changed}}
     before, after = (run(loop(1.1, event=[fault]), until).dataset for until in (0.009, 0.02))
-    assert known_loop(before).is_stable
-    assert known_loop(after) is None
+    assert stability_of_loop(before).is_stable
+    assert stability_of_loop(after) is None
 
 
 def test_the_loop_is_that_of_the_final_speed(loop):
     up = loop(1.1, speed=[{"time": "20 ms", "Omega": "60000 rpm"}])
-    assert known_loop(run(up, 0.03).dataset).speed == pytest.approx(2000.0 * np.pi)
+    assert stability_of_loop(run(up, 0.03).dataset).speed == pytest.approx(2000.0 * np.pi)

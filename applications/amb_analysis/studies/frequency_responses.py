@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -48,7 +48,6 @@ from rotor_analysis.rotor_file import load_rotor
 LOWEST, HIGHEST = 1.0, 1000.0  # Hz, without a measurement
 POINTS = 600
 UNDAMPED = 1e-7  # half width of a resonance over its frequency, below which only rounding limits the peak
-EXPONENTIAL_WINDOW = "exponential-window"
 COARSE = 10  # frequencies per interval of the search for resonances
 WITH_UNIT = re.compile(r"(?P<name>[^\[\]]*[^\[\]\s])\s*(?:\[(?P<unit>[^\[\]]+)\])?")
 
@@ -241,10 +240,10 @@ def response(
     require_choice("loop", loop, LOOPS)
     require_choice("estimator", estimator, ESTIMATORS)
     ends = frequency_range(lowest, up_to)
+    estimation = estimation_of(estimator, segment, window, exponential_window)
     curves: Sequence[FrequencyResponse] = ()
     of_data: tuple[str, ...] = ()
     if measured is not None:
-        estimation = Estimation(estimator, segment, window, exponential_window)
         content = measured_content(measured, channels, channel_units, inputs, outputs, ends, estimation)
         curves, of_data = content.responses, content.warnings
         if not curves:
@@ -363,18 +362,21 @@ def _numbered(names: Sequence[str]) -> list[str]:
 
 
 class Estimation(NamedTuple):
-    """Arguments of the estimate from a record over time, as for `response`."""
+    """Arguments of `read_measured` for a record over time, in SI units."""
 
-    estimator: Estimator = "H1"
-    segment: Number | None = None
-    window: str | None = None
-    exponential_window: Number | None = None
+    estimator: Estimator
+    segment: float | None
+    window: str | None
+    decay: float
 
-    def values(self) -> dict[str, Any]:
-        """Return the arguments of `read_measured`, in SI units."""
-        segment = None if self.segment is None else quantity(self.segment, "s", "segment")
-        tau = np.inf if self.exponential_window is None else positive(self.exponential_window, "s", EXPONENTIAL_WINDOW)
-        return {"estimator": self.estimator, "segment": segment, "window": self.window, "decay": 1.0 / tau}
+
+def estimation_of(
+    estimator: Estimator, segment: Number | None, window: str | None, exponential_window: Number | None
+) -> Estimation:
+    """Return the arguments of an estimate, given those of `response`; raise a ValueError if one is not allowed."""
+    length = None if segment is None else quantity(segment, "s", "segment")
+    tau = np.inf if exponential_window is None else positive(exponential_window, "s", "exponential_window")
+    return Estimation(estimator, length, window, 1.0 / tau)
 
 
 def measured_content(
@@ -400,10 +402,10 @@ def measured_content(
     named = tuple(in_file.get(_bare(name), _bare(name)) for name in inputs)
     content = measured
     if not isinstance(content, Measurement):
-        content = read_measured(content, channels, named, channel_units, **estimation.values())
-    elif estimation.exponential_window is not None:
-        decay = estimation.values()["decay"]
-        content = replace(content, responses=tuple(replace(curve, decay=decay) for curve in content.responses))
+        content = read_measured(content, channels, named, channel_units, **estimation._asdict())
+    elif estimation.decay:
+        with_window = (replace(curve, decay=estimation.decay) for curve in content.responses)
+        content = replace(content, responses=tuple(with_window))
     if not content.responses:
         return content
     excited = content.responses[0].estimate.highest if content.responses[0].estimate else None
@@ -434,10 +436,10 @@ def frequency_range(lowest: Number | None, up_to: Number | None) -> tuple[float 
         If a frequency is not positive, or the first one is not below the second one.
     """
     low, high = (
-        None if raw is None else positive(raw, "Hz", name) for raw, name in ((lowest, "from"), (up_to, "up_to"))
+        None if raw is None else positive(raw, "Hz", name) for raw, name in ((lowest, "lowest"), (up_to, "up_to"))
     )
     if low is not None and high is not None:
-        require(low < high, "from", f"{low:g} Hz", f"< {high:g} Hz, the highest frequency")
+        require(low < high, "lowest", f"{low:g} Hz", f"< {high:g} Hz, the highest frequency")
     return low, high
 
 

@@ -22,9 +22,9 @@ from amb_analysis.measured.records import FrequencyResponse, Measurement, Modes
 from amb_analysis.measured.response_fit import fit_responses
 from amb_analysis.studies.fitted_machine import FittedMachine
 from amb_analysis.studies.frequency_responses import (
-    Estimation,
     FrequencyResponses,
     computed_values,
+    estimation_of,
     frequency_range,
     laid_over,
     measured_content,
@@ -161,12 +161,11 @@ def fit(
     require_choice("flavour", flavour, FLAVOURS)
     require_choice("loop", loop, LOOPS)
     require_choice("estimator", estimator, ESTIMATORS)
+    estimation, ends = estimation_of(estimator, segment, window, exponential_window), frequency_range(lowest, up_to)
     if measured is None:
         raise ValueError("measured is missing; a fit needs a measurement")
     files = scenario, rotor, controller
     subject = FittedMachine.load(files, loop, speed, free_bounds(free), plain_values(set, "set"), flavour)
-    estimation = Estimation(estimator, segment, window, exponential_window)
-    ends = frequency_range(lowest, up_to)
     content = measured_content(measured, channels, channel_units, inputs, outputs, ends, estimation)
     curves = [thinned(curve) for curve in resolved(content.responses)]
     if not curves and content.modes is None:

@@ -72,8 +72,8 @@ def _with_options(message: str) -> str:
     """Return the message of a function with the names of the command's options in place of those of its arguments."""
     context = click.get_current_context(silent=True)
     for parameter in () if context is None else context.command.params:
-        if isinstance(parameter, click.Option) and parameter.name and "_" in parameter.name:
-            option = parameter.name.replace("_", "-")
+        if isinstance(parameter, click.Option) and parameter.name:
+            option = max(parameter.opts, key=len).removeprefix("--")
             message = re.sub(rf"(?<![\w.]){parameter.name} = ", f"{option} = ", message)
     return message
 

@@ -80,7 +80,7 @@ class LoopStability:
         return json.dumps(asdict(self))
 
 
-def known_loop(dataset: Signals) -> LoopStability | None:
+def stability_of_loop(dataset: Signals) -> LoopStability | None:
     """Return the stability of the loop at the end of a run; None if it is not known."""
     text = dataset.attrs.get(ATTRIBUTE)
     return None if text is None else LoopStability(**json.loads(str(text)))

@@ -24,7 +24,7 @@ from amb_cosim.presentation.units import length_unit, speed_unit
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, LIMITED, PLANT
 from amb_cosim.results.free_vibration import free_vibration
 from amb_cosim.results.growth import FEWEST, Growth, growing_part
-from amb_cosim.results.loop_stability import LoopStability, known_loop
+from amb_cosim.results.loop_stability import LoopStability, stability_of_loop
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.signal_arrays import cycles, displacements, parameters, signal, speed, speed_changes, turns
@@ -57,7 +57,7 @@ def instability(dataset: Signals, last_contact: float | None = None) -> str:
     last_contact
         Cycle of the last contact, or None.
     """
-    loop = known_loop(dataset)
+    loop = stability_of_loop(dataset)
     if loop is not None and not loop.is_stable:
         return f"its loop is unstable at {speed_unit().text(loop.speed)}: {loop.motion}"
     cycle = cycles(dataset)
@@ -89,7 +89,7 @@ def too_short(dataset: Signals, last_contact: float | None = None) -> str:
     whichever is less. The first is the limit of a geometric series, the second that of a steady orbit and a transient
     that together start from rest. Orbits below `WIDE` of the clearance count only within `MIN_CYCLES` of an event.
     """
-    cycle, begin, loop = cycles(dataset), _begin(dataset, last_contact), known_loop(dataset)
+    cycle, begin, loop = cycles(dataset), _begin(dataset, last_contact), stability_of_loop(dataset)
     if not places(dataset).magnetic or not len(cycle):
         return ""
     if loop is None:

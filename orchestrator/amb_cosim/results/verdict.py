@@ -17,7 +17,7 @@ from amb_cosim.presentation.units import force_unit, frequency_unit, length_unit
 from amb_cosim.results import contact_history
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, touches
 from amb_cosim.results.landing_rows import landing_rows, whirl_text
-from amb_cosim.results.loop_stability import known_loop
+from amb_cosim.results.loop_stability import stability_of_loop
 from amb_cosim.results.magnet_use import magnet_use_rows
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
@@ -172,7 +172,7 @@ def _undecided(dataset: Signals, last: float | None) -> str:
 def _unseen(dataset: Signals, last: float | None) -> str:
     """Return a clause on the growth that the motion would not show; empty if the loop is known, or without magnets."""
     judged = judged_time(dataset, last)
-    if known_loop(dataset) is not None or not places(dataset).magnetic or not judged > 0.0:
+    if stability_of_loop(dataset) is not None or not places(dataset).magnetic or not judged > 0.0:
         return ""
     return f"; the loop is not known, and in {judged:.3g} s growth slower than {1.0 / judged:.2g} 1/s may not show"
 

@@ -27,7 +27,7 @@ from amb_cosim.results.stability import EXCITATIONS, LAST_CHANGE, SOURCES
 from amb_cosim.results.thinned import judged
 from amb_cosim.scenario.control_loop import excitations, exciting_components
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
-from amb_cosim.scenario.known_loop import loop_at_the_end
+from amb_cosim.scenario.final_loop import loop_at_the_end
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import SPEED
 from array_types import Array
@@ -46,7 +46,7 @@ def bare_signals(plan: ScenarioPlan, recording: Recording, places: RotorPlaces) 
     coordinates = _coordinates(plan, time) | step_times(recording)
     of_run = {"communication_step_s": plan.step_size, "parameters": parameters_of(recording), PLACES: places}
     table = SignalTable(variables | steps, coordinates, of_run | _landmarks(plan, recorder))
-    return replace(table, attrs={**table.attrs, **_loop(plan, table, keeps=False)})
+    return replace(table, attrs={**table.attrs, **_loop(plan, table, stores=False)})
 
 
 def _coupling_warnings(plan: ScenarioPlan) -> list[WarningRecord]:
@@ -86,14 +86,14 @@ def make_result(plan: ScenarioPlan, recording: Recording) -> Result:
     return Result(table, recording.outcome, recording.checkpoints)
 
 
-def _loop(plan: ScenarioPlan, table: Signals, *, keeps: bool = True) -> dict[str, str]:
+def _loop(plan: ScenarioPlan, table: Signals, *, stores: bool = True) -> dict[str, str]:
     """Return the attribute with the stability of the loop at the end of a run; empty if it decides nothing."""
     table = judged(table)
     if not is_supported(table):
         return {}
     end = float(table["time"].values[-1])
-    known = loop_at_the_end(plan, end, float(speed(table)[-1]), keeps=keeps)
-    return {} if known is None else {LOOP: known.to_json()}
+    stability = loop_at_the_end(plan, end, float(speed(table)[-1]), stores=stores)
+    return {} if stability is None else {LOOP: stability.to_json()}
 
 
 def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:

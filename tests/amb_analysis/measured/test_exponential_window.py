@@ -152,5 +152,5 @@ def test_a_blow_is_fitted_without_any_option(rotor, blow, tmp_path):
 
 
 def test_a_time_constant_must_be_positive(rotor, windowed):
-    with raises_naming(ValueError, "exponential-window", "-1 s", "> 0 s"):
+    with raises_naming(ValueError, "exponential_window", "-1 s", "> 0 s"):
         studies.response(rotor=rotor(4.2), measured=Measurement(windowed[0]), exponential_window=-1)

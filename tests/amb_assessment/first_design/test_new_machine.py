@@ -269,7 +269,7 @@ def test_damping_missing_in_a_drawing_is_assumed_and_reported(tmp_path):
     assert not any(load_rotor(undamped).damping.ratios(3))
     done = CliRunner().invoke(main, ["new", str(tmp_path / "made"), "--rotor", str(undamped), "--speed", "15000 rpm"])
     assert_names(done.stdout.splitlines()[0], "made", "levitates")  # the answer first
-    assert_names(done.output, "sample time: 25 µs", "50 µs", "zone A ends at 3", "10 A", "15750 rpm", "current_limit")
+    assert_names(done.output, "sample time: 25 µs", "50 µs", "zone A ends at 3", "2.73 A", "15750 rpm", "current_limit")
     assert_names(done.output, "damping", "assumed", "[reduction]", "speed = '15750 rpm'")
     assert load_rotor(tmp_path / "made/rotor.toml").damping.ratios(3).tolist() == [0.003, 0.005, 0.01]
 

@@ -1,7 +1,7 @@
 """The stability of a run's loop, from its linear model, which an application computes.
 
 The applications import this package, so that their function is found by its entry point. It loads the models and their
-compiler, which takes longer than a short run. Answers are therefore kept beside the rotor's FMU in the user's cache.
+compiler, which takes longer than a short run. Answers are therefore stored beside the rotor's FMU in the cache.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from amb_files.packs import entry_points_of
 from amb_files.wildcards import matches
 
 GROUP = "amb_cosim.loop_stability"  # entry point of a function of a plan and a speed (rad/s)
-KEPT, MOST = "loops.json", 100  # file beside an FMU, and the number of its newest answers that are kept
+FILE, MOST = "loops.json", 100  # beside an FMU, and the number of its newest answers
 
 # Inputs of controllers and actuators that move the operating point and add forces, but do not change the loop.
 OUTSIDE = (
@@ -35,7 +35,7 @@ OUTSIDE = (
 )
 
 
-def loop_at_the_end(plan: ScenarioPlan, end: float, Omega: float, *, keeps: bool = True) -> LoopStability | None:
+def loop_at_the_end(plan: ScenarioPlan, end: float, Omega: float, *, stores: bool = True) -> LoopStability | None:
     """Return the stability of a run's loop at its final speed; None if the loop has no linear model, or has changed.
 
     The result is None if a component of the loop is not a model of this project, or if an input or an event switches
@@ -47,8 +47,8 @@ def loop_at_the_end(plan: ScenarioPlan, end: float, Omega: float, *, keeps: bool
         Plan of the run.
     end, Omega
         Time (s) and spin speed (rad/s) at the end of the run.
-    keeps
-        Whether the answer is kept for the next run; those of a sweep are too many.
+    stores
+        Whether the answer is stored for the next run; those of a sweep are too many.
     """
     exciting, components = exciting_components(plan.system), plan.system.components
     kinds = {c.name: model_of(c.fmu) for c in components if c.name not in exciting}
@@ -58,13 +58,13 @@ def loop_at_the_end(plan: ScenarioPlan, end: float, Omega: float, *, keeps: bool
         return None
     if _has_changed(plan, end, [name for name, kind in kinds.items() if kind != PLANT]):
         return None
-    if not keeps:
+    if not stores:
         return _computed(entry, plan, Omega)
-    key, file = _key(entry, plan, Omega), plan.fmus[PLANT].folder.parent / KEPT
-    answers = _kept(file)
+    key, file = _key(entry, plan, Omega), plan.fmus[PLANT].folder.parent / FILE
+    answers = _answers(file)
     if key not in answers:
-        found = _computed(entry, plan, Omega)
-        answers[key] = None if found is None else found.to_json()
+        computed = _computed(entry, plan, Omega)
+        answers[key] = None if computed is None else computed.to_json()
         with suppress(OSError):  # another user's cache
             write_file(file, json.dumps(dict([*answers.items()][-MOST:])))
     text = answers[key]
@@ -81,7 +81,7 @@ def _computed(entry: EntryPoint, plan: ScenarioPlan, Omega: float) -> LoopStabil
     return analysis(plan, Omega)
 
 
-def _kept(file: Path) -> dict[str, str | None]:
+def _answers(file: Path) -> dict[str, str | None]:
     with suppress(OSError, ValueError):
         answers: dict[str, str | None] = json.loads(file.read_text(encoding="utf-8"))
         return answers
