@@ -78,7 +78,7 @@ def test_frequencies_below_and_above_are_cut():
     ends = {"inputs": ["turbine.f_x"], "outputs": ["blower.x"]}
     (curve,) = studies.response(rotor=drawn, lowest="1500 Hz", **ends).responses.values()
     assert (curve.frequencies[0], curve.frequencies[-1]) == (pytest.approx(1500.0), pytest.approx(3000.0))
-    with raises_naming(ValueError, "from", "800 Hz", "< 700 Hz"):
+    with raises_naming(ValueError, "lowest", "800 Hz", "< 700 Hz"):
         studies.response(rotor=drawn, measured=measured, lowest="800 Hz", up_to="700 Hz")
 
 
