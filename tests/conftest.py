@@ -54,6 +54,14 @@ def first_seed(is_long: bool) -> int:
     return random.SystemRandom().randrange(10**6) if is_long else 2006
 
 
+@pytest.fixture(autouse=True)
+def quiet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands that compute print no line after two seconds, which they take only on a busy computer."""
+    from amb_cosim.presentation import progress
+
+    monkeypatch.setattr(progress, "PATIENCE", progress.INTERVAL)
+
+
 @pytest.fixture
 def few_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Studies begin with few speeds, for tests in which their number does not matter."""

@@ -17,6 +17,11 @@ from amb_cosim.presentation import progress
 from amb_sweeps.sweep_bar import sweep_bar
 
 
+@pytest.fixture
+def quiet():
+    """In place of the fixture of all tests: here commands print lines as they do for users."""
+
+
 def clock(monkeypatch, times):
     """Replace the clock of progress by a series of times (s)."""
     monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=iter(times).__next__))
