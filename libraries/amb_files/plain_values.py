@@ -25,7 +25,7 @@ def plain_value(value: object, name: str) -> Plain:
     Raises
     ------
     ValueError
-        If it is none of these, such as a list, an array of several numbers, or a complex number.
+        If it is a list, an array of several numbers, a complex number, or another object.
 
     Examples
     --------

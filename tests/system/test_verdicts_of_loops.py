@@ -48,14 +48,8 @@ def run(scenario: Scenario, until: float):
 def cut(result, end: float, *, knows_loop: bool = True):
     """Return the data set of a run that ends earlier, perhaps without the loop's stability."""
     dataset = result.dataset.isel(time=result.dataset["time"].values <= end)
-    attrs = {name: value for name, value in dataset.attrs.items() if knows_loop or name != ATTRIBUTE}
-    return dataset.assign_attrs(attrs | {"simulated_s": end}) if knows_loop else _with_only(dataset, attrs)
-
-
-def _with_only(dataset, attrs):
-    dataset = dataset.copy()
-    dataset.attrs = attrs
-    return dataset
+    dataset.attrs = {name: value for name, value in dataset.attrs.items() if knows_loop or name != ATTRIBUTE}
+    return dataset.assign_attrs(simulated_s=end)
 
 
 def word(dataset) -> str:

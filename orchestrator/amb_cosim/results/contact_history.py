@@ -135,7 +135,7 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
     if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
         return None, None
     disturbance, power_lost = dataset.attrs.get("disturbance_cycle"), power_lost_at(dataset)
-    free = last is None or bool(cycles(dataset)[-1] - last >= recovery_cycles(dataset))
+    free = _is_free(dataset, last)
     if stator_touches(dataset):
         return free, "stator"
     if free and power_lost is None and instability(dataset, last):
@@ -170,12 +170,16 @@ def recovery_cycles(dataset: Signals) -> float:
     return max(RECOVERY_CYCLES, FLIGHTS * float(np.diff(when).max(initial=0.0)))
 
 
+def _is_free(dataset: Signals, last: float | None) -> bool:
+    """Return whether the rotor is free of contact at the end as a recovery requires; `last` as for `freed_after`."""
+    return last is None or bool(cycles(dataset)[-1] - last >= recovery_cycles(dataset))
+
+
 def is_supported(dataset: Signals) -> bool:
     """Return whether magnets with power support the rotor at the end, free of contact as a recovery requires."""
     if signal(dataset, "contact_state") is None or not len(cycles(dataset)) or not places(dataset).magnetic:
         return False
-    last = contact_cycles(dataset)[1]
-    return power_lost_at(dataset) is None and (last is None or cycles(dataset)[-1] - last >= recovery_cycles(dataset))
+    return power_lost_at(dataset) is None and _is_free(dataset, contact_cycles(dataset)[1])
 
 
 def falls_from(dataset: Signals, last: float | None) -> float | None:

@@ -1,6 +1,6 @@
 """The stability of a run's loop, from its linear model, which an application computes.
 
-The applications import this package, so that their function is found by its entry point. It loads the models and their
+The applications import this package, so their function is looked up by its entry point. It loads the models and their
 compiler, which takes longer than a short run. Answers are therefore stored beside the rotor's FMU in the cache.
 """
 
