@@ -88,6 +88,14 @@ class Matrices:
         return np.asarray(matrix[rows] + offsets[:, None] * matrix[[row + 2 for row in rows]])
 
     @property
+    def base_motion(self) -> Array:
+        """Coordinates of this finite-element model due to unit displacements along x and y, shape (size, 2)."""
+        result = np.zeros((self.size, 2))
+        for rows in self.translations.values():
+            result[rows, (0, 1)] = 1.0
+        return result
+
+    @property
     def translations_first(self) -> list[int]:
         """All rows, beginning with the rows of the translations."""
         first = [row for rows in self.translations.values() for row in rows]

@@ -1,12 +1,15 @@
 """Response of a spinning rotor at any of its nodes to harmonic forces f = Re[F exp(i omega t)] at any nodes.
 
     [-omega^2 M + i omega (C + Omega G) + K + D - L F(i omega) R] q = L f,   x = R q                  (1)
+    f = (forces at the points, accelerations of the base),  L = (L_points, -L_nodes M 1)              (2)
 
 M, C, G, K and D describe the rotor on all bearings that F does not contain. The rotor is reduced to its free modes up
 to some frequency, and to the residual shapes of the nodes where forces act (`free_rotor`). R maps the coordinates to
 the displacements of all nodes and of the centres of mass off their nodes; L maps forces at these points to the
-coordinates. F(i omega) maps displacements to the forces of magnetic bearings. A rotor with a thrust disc also moves
-along its shaft as a free rigid mass. This motion is the last row of x, which only F couples to the other rows.
+coordinates. Displacements are relative to the base, so an acceleration of the base acts on all masses by (2), where 1
+displaces the whole rotor. F(i omega) maps displacements to the forces of magnetic bearings and to other loads. A rotor
+with a thrust disc also moves along its shaft as a free rigid mass. This motion is the last row of x, which only F
+couples to the other rows.
 """
 
 from __future__ import annotations
@@ -32,10 +35,10 @@ LEAST_MODES = 10  # for gyroscopic moments, which couple modes
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """The map F of (1) from displacements to forces, for some of the rows, which are x and y of each node in turn.
+    """The map F of (1) from displacements to loads, for some of the rows.
 
     rows, columns
-        Rows of the forces (N) and of the displacements (m); forces in the same row are added.
+        Rows of the loads f of (2) and of the displacements x (m); loads in the same row are added.
     at
         Function that takes frequencies (rad/s) of shape (n,) and returns F with the shape (n, rows, columns).
     """
@@ -52,10 +55,11 @@ class HarmonicModel:
     model
         The rotor on its bearings, without the bearings whose forces F contains.
     right, left
-        R and L of (1), with x and y of each point in turn, shapes (2 points, size) and (size, 2 points). The points are
-        all nodes, then the centres of mass that do not lie at their nodes, in the order of the bodies
-        (`harmonic_points`). If the rotor has a thrust disc, its motion along the shaft is the last row and also the
-        last coordinate.
+        R and L of (1), with x and y of each point in turn, shapes (2 points, size) and (size, 2 points + 2). The points
+        are all nodes, then the centres of mass that do not lie at their nodes, in the order of the bodies
+        (`harmonic_points`). If the rotor has a thrust disc, its motion along the shaft is the row after the points and
+        also the last coordinate. The last columns of L are the loads of a base that accelerates along x and y, and
+        along the shaft if the rotor has a thrust disc.
     axial_mass
         Mass (kg) of a rotor with a thrust disc; 0 for a rotor without one.
     """
@@ -64,6 +68,12 @@ class HarmonicModel:
     right: Array
     left: Array
     axial_mass: float = 0.0
+
+    @property
+    def base_columns(self) -> slice:
+        """Columns of L for accelerations of the base along x and y."""
+        first = len(self.right)
+        return slice(first, first + 2)
 
     def at(self, Omega: float) -> HarmonicModel:
         """Return the model at a spin speed (rad/s)."""
@@ -95,8 +105,8 @@ class HarmonicModel:
         Omega
             Spin speed (rad/s).
         inputs
-            Forces (N) at x and y of all points due to unit inputs, shape (2 points, inputs), or shape (n, 2 points,
-            inputs) if they depend on the frequency.
+            Loads f of (2) due to unit inputs, shape (loads, inputs), or shape (n, loads, inputs) if they depend on the
+            frequency; the accelerations of the base may be left out.
         outputs
             Outputs due to unit displacements, shape (outputs, 2 points).
         forces
@@ -111,7 +121,10 @@ class HarmonicModel:
         stiffness = self.stiffness(omegas, Omega, forces)
         try:
             motion = np.linalg.solve(
-                stiffness, np.broadcast_to(self.left @ inputs, (len(omegas), len(self.left), inputs.shape[-1]))
+                stiffness,
+                np.broadcast_to(
+                    self.left[:, : inputs.shape[-2]] @ inputs, (len(omegas), len(self.left), inputs.shape[-1])
+                ),
             )
         except np.linalg.LinAlgError as error:
             raise ValueError(
@@ -141,10 +154,12 @@ def harmonic_model(rotor: Rotor, nodes: Iterable[int], highest: float, bearings:
     reduction = reduce_to_modes(full, max(count, LEAST_MODES, len(force_nodes)), force_nodes)
     points = harmonic_points(rotor)
     right, left = full.at_points(reduction.right, points), full.at_points(reduction.left.T, points).T
+    base = -reduction.left @ full.M @ full.base_motion
     model = with_bearings(reduction.model, supports)
     if not rotor.thrust:
-        return HarmonicModel(model, right, left)
-    return HarmonicModel(model, block_diag(right, 1.0), block_diag(left, 1.0), rotor.mass)
+        return HarmonicModel(model, right, np.hstack([left, base]))
+    of_base = block_diag(base, -rotor.mass)
+    return HarmonicModel(model, block_diag(right, 1.0), np.hstack([block_diag(left, 1.0), of_base]), rotor.mass)
 
 
 def harmonic_points(rotor: Rotor) -> list[Point]:

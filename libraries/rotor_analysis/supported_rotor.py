@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
@@ -48,6 +50,11 @@ class SupportedRotor:
     def force_at(self, points: Sequence[Point]) -> Array:
         """Return the matrix from forces in x and y at points to the coordinates, shape (size, 2 len(points))."""
         return self._at(self.reduction.left.T, points).T
+
+    @property
+    def base_force(self) -> Array:
+        """Forces on the coordinates due to unit accelerations of the base along x and y, -L M 1, shape (size, 2)."""
+        return np.asarray(-self.reduction.left @ self.full.M @ self.full.base_motion)
 
     def _at(self, matrix: Array, points: Sequence[Point]) -> Array:
         for node in map(seat, points):

@@ -45,6 +45,7 @@ REASONS = {
         f"examples/controllers/{name}": "is of the compressor, whose bearings are called so too"
         for name in ("cross_feedback.toml", "lead_notches.toml", "lqg.py")
     },
+    "examples/casing/levitated_in_casing.toml": "is of the compressor, whose bearings are called so too",
     "orchestrator/amb_cosim/model_constants/README.md": "cites the thesis as the source of equations",
     "libraries/signal_chain/variables.py": "cites the thesis as the source of start values",
     "libraries/rotor_analysis/reduction.py": "cites the thesis as the source of equations 3.8 to 3.13",

@@ -1,10 +1,11 @@
-"""Response of magnetic bearing forces to rotor displacements, through controller, hold, delay, amplifier and magnet.
+"""Response of the loads on the rotor to its displacements, through controller, hold, delay, amplifier and magnet.
 
     F(j omega) = K(j omega) q,    w = E y + u,  y = H w    =>    y = (1 - H E)^-1 H u             (1)
 
-w are the inputs of the controller, the actuator and the components between them, y are their outputs, and H is the
-block matrix of their frequency responses. A sampled component has H = D + C (z - A)^-1 B with z = exp(j omega T). Its
-output is held if it feeds a continuous component:
+w are the inputs of all components except the plant, y are their outputs, and H is the block matrix of their frequency
+responses. The loads are forces on the rotor, and accelerations of its base; a casing, for example, is a component that
+the bearing forces move and that accelerates the base. A sampled component has H = D + C (z - A)^-1 B with
+z = exp(j omega T). Its output is held if it feeds a continuous component:
 
     H_hold = (1 - exp(-j omega T))/(j omega T) exp(-j omega T_late)                               (2)
 
@@ -20,14 +21,16 @@ import numpy as np
 from amb_analysis.linear.components import LinearComponent, harmonic_response
 from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.machine.machine import AXES, Machine
-from amb_cosim.results.component_names import PLANT
+from amb_cosim.results.component_names import ACTUATOR, PLANT
 from array_types import Array, Complex
 
 ALIKE = 1e-3  # difference of directions that are reported together, over the largest stiffness
 
 
 def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
-    """Return the forces (N) at the bearings' nodes per unit displacement (m) of each node, at a frequency.
+    """Return the forces (N) of the bearings at their nodes per unit displacement (m) of each node, at a frequency.
+
+    Forces on discs and accelerations of the base are not included (`loads_of`).
 
     Parameters
     ----------
@@ -43,11 +46,27 @@ def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
         negative.
     """
     linear_source = machine.run_components.at(Omega)
-    feeds = force_feeds(machine, linear_source).items()
-    rows = {output: row for output, row in feeds if row < 2 * len(machine.z)}
+    bearings = {f"{PLANT}.{bearing}.f_{axis}" for bearing in machine.bearings for axis in AXES}
+    rows = {name: row for name, row in fed_loads(machine, linear_source).items() if name in bearings}
     forces = np.zeros((2 * len(machine.z), 2 * len(machine.z)), dtype=np.complex128)
     np.add.at(forces, list(rows.values()), _component_outputs(machine, linear_source, list(rows), omega))
     return forces
+
+
+def loads_of(machine: Machine, omega: float, Omega: float) -> tuple[list[int], list[int], Complex]:
+    """Return all loads across the shaft per unit displacement (m), at a frequency and a spin speed (rad/s).
+
+    Returns
+    -------
+    rows, columns, loads
+        Rows of the loads among `Machine.load_rows`, columns of the displacements among x and y of all nodes, and the
+        matrix of shape (rows, columns) in N/m, or 1/s^2 for an acceleration of the base.
+    """
+    linear_source = machine.run_components.at(Omega)
+    rows = {name: row for name, row in fed_loads(machine, linear_source).items() if name[-1] in AXES}
+    columns, loads = component_responses(machine, linear_source, list(rows), np.array([omega]))
+    across = [k for k, column in enumerate(columns) if column != machine.axial_row]
+    return list(rows.values()), [columns[k] for k in across], loads[0][:, across]
 
 
 def demanded_currents(machine: Machine, omega: float, Omega: float) -> Complex:
@@ -80,14 +99,14 @@ def component_responses(
     machine, linear_source
         The machine, and the source of its linear components at the spin speed.
     outputs
-        Names `component.variable`. For a sampled component, the response describes the fundamental of the output before
-        the hold.
+        Names `component.variable` of outputs, or of loads of the plant (`fed_loads`). The response of a sampled
+        component's output describes its fundamental before the hold; the response of a load includes hold and delay.
     omegas
         Frequencies (rad/s), shape (n,).
     injected
         Inputs to which a signal is added.
     components
-        Components in the loop; by default all except the plant.
+        Components in the loop; by default all except the plant. Inputs that only other components feed are 0.
 
     Returns
     -------
@@ -124,7 +143,13 @@ def component_responses(
     for k, name in enumerate(injected):
         from_inputs[at_input[name], len(rows) + k] = 1.0
     closed = np.linalg.solve(np.eye(len(available_outputs)) - H @ E, H @ from_inputs)
-    return rows, np.asarray(closed[:, [at_output[name] for name in outputs]])
+    result = np.asarray(closed[:, [at_output[feeds.get(name, name)] for name in outputs]])
+    for k, load in enumerate(outputs):
+        if load in feeds:
+            feeding = owner[feeds[load]]
+            link = _link(feeding, None, linear_source.samples_late(feeding, load), omegas)
+            result[:, k] = result[:, k] * link[:, np.newaxis]
+    return rows, result
 
 
 def lateness(linear_source: LinearSource, feeds: Mapping[str, str]) -> Array:
@@ -146,25 +171,32 @@ def lateness(linear_source: LinearSource, feeds: Mapping[str, str]) -> Array:
     return np.array(times)
 
 
-def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]:
-    """Return the outputs that are forces on the bearings, and their rows among x and y of all nodes.
+def fed_loads(machine: Machine, linear_source: LinearSource) -> dict[str, int]:
+    """Return the loads of the plant that a component feeds, each with its row (`Machine.load_rows`)."""
+    feeds = linear_source.feeds(linear_source.names)
+    return {name: row for name, row in machine.load_rows.items() if name in feeds}
 
-    The row of the thrust disc is the machine's `axial_row`.
+
+def open_loop_components(machine: Machine, linear_source: LinearSource) -> list[str]:
+    """Return the components that affect the plant's loads if nothing feeds the demands of the actuator."""
+    feeds = linear_source.feeds(linear_source.names)
+    feeds_of = [(target.partition(".")[0], source.partition(".")[0]) for target, source in feeds.items()]
+    result: set[str] = set()
+    reached = {feeds[load].partition(".")[0] for load in fed_loads(machine, linear_source)}
+    while reached:
+        result |= reached
+        followed = reached - {ACTUATOR}
+        reached = {source for target, source in feeds_of if target in followed} - result - {PLANT}
+    return sorted(result)
+
+
+def _link(source: LinearComponent, target: LinearComponent | None, late: float, omegas: Array | Complex) -> Complex:
+    """Return the response of a connection that is `late` samples late: (2) to a continuous component, or 1.
+
+    A `target` of None is the plant, which is continuous.
     """
-    result = {}
-    for target, source in linear_source.feeds(linear_source.names).items():
-        bearing, _, axis = target.removeprefix(f"{PLANT}.").rpartition(".f_")
-        if target.startswith(f"{PLANT}.") and axis in AXES and bearing in machine.bearings:
-            result[source] = 2 * (machine.bearings[bearing] - 1) + AXES.index(axis)
-        elif machine.rotor.thrust and target == f"{PLANT}.{machine.rotor.thrust}.f_z":
-            result[source] = machine.axial_row
-    return result
-
-
-def _link(source: LinearComponent, target: LinearComponent, late: float, omegas: Array | Complex) -> Complex:
-    """Return the response of a connection that is `late` samples late: (2) to a continuous component, or 1."""
     time = source.law.sample_time
-    if time is None or target.law.sample_time is not None:
+    if time is None or (target is not None and target.law.sample_time is not None):
         return np.ones(len(omegas), np.complex128)
     angles = omegas * time
     held = np.sinc(angles / (2.0 * np.pi)) * np.exp(-0.5j * angles)

@@ -21,11 +21,11 @@ from typing import Literal, get_args
 import numpy as np
 
 from amb_analysis.machine.channels import Place, node_rows
-from amb_analysis.machine.feedback import component_responses, force_feeds, lateness
+from amb_analysis.machine.feedback import component_responses, fed_loads, lateness, open_loop_components
 from amb_analysis.machine.machine import Machine
 from amb_cosim.results.component_names import ACTUATOR
 from array_types import Array, Complex
-from rotor_analysis.harmonic import Forces, HarmonicModel, harmonic_model
+from rotor_analysis.harmonic import Forces, HarmonicModel, harmonic_model, harmonic_points
 from rotor_analysis.parts import Bearing, seat
 from rotor_analysis.resonances import resonances
 from rotor_analysis.rotor import Rotor
@@ -124,8 +124,8 @@ def _response(
 ) -> Complex:
     """Return the responses (1) at frequencies (rad/s); all displacements at all frequencies are held in memory."""
     rotor = structure.rotor
-    points = len(model.right)
-    loads = np.zeros((len(omegas), points, len(inputs)), dtype=np.complex128)
+    points, n_loads = len(model.right), model.left.shape[1]
+    loads = np.zeros((len(omegas), n_loads, len(inputs)), dtype=np.complex128)
     currents = [k for k, place in enumerate(inputs) if place.unit == "A"]
     for k, place in enumerate(inputs):
         if place.unit == "N":
@@ -174,14 +174,15 @@ def resonant_frequencies(
 def _loaded(structure: Structure, inputs: Sequence[Place], magnets: _Magnets | None) -> list[int]:
     """Return the nodes at which forces act across the shaft."""
     rotor = structure.rotor
+    points = harmonic_points(rotor)
     nodes = [seat(place.point_on(rotor)) for place in inputs if place.unit == "N" and place.direction != "z"]
     rows = [] if magnets is None else magnets.rows
-    return nodes + [row // 2 + 1 for row in rows if row < 2 * len(rotor.shaft.nodes)]
+    return nodes + [seat(points[row // 2]) for row in rows if row < 2 * len(points)]
 
 
 @dataclass(frozen=True, eq=False)
 class _Magnets:
-    """Magnets of a machine: the rows of their forces among x and y of all nodes, and the axes of the demanded currents.
+    """Magnets of a machine: the rows of all loads (`Machine.load_rows`), and the axes of the demanded currents.
 
     At frequencies (rad/s), `at` returns the rows of the displacements that are read, and [F F_i; T T_i] of (1), shape
     (n, rows + axes, displacements + injected). The demands in this matrix are the values at the samples; they appear
@@ -214,13 +215,12 @@ def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Pl
             raise ValueError(f"{place.name} is not a current of this machine, whose axes are {', '.join(axes)}")
     linear_source = machine.run_components.at(structure.Omega)
     injected = [f"{ACTUATOR}.{p.place}.i_{p.direction}" for p in inputs if p.unit == "A"]
-    components = (ACTUATOR,) if structure.loop == "open" else None
-    rows = force_feeds(machine, linear_source)
-    loop = machine.run_loop
+    loads, loop = fed_loads(machine, linear_source), machine.run_loop
+    components = open_loop_components(machine, linear_source) if structure.loop == "open" else None
     demanded = dict(zip(loop.demands, loop.sources, strict=True)) if structure.loop == "closed" else {}
-    ends, late = [*rows, *demanded.values()], lateness(linear_source, demanded)
+    ends, late = [*loads, *demanded.values()], lateness(linear_source, demanded)
     return _Magnets(
-        list(rows.values()),
+        list(loads.values()),
         axes,
         late,
         lambda omegas: component_responses(machine, linear_source, ends, omegas, injected, components),

@@ -199,6 +199,26 @@ class Machine:
         return 2 * len(harmonic_points(self.rotor))
 
     @cached_property
+    def load_rows(self) -> Mapping[str, int]:
+        """Row of each input of the plant that is a load of `harmonic` (2): forces on the rotor, and base accelerations.
+
+        The rows are x and y of `harmonic_points`, then the force along the shaft and the accelerations of the base.
+        """
+        layout, points = self.run_components.layout(PLANT), harmonic_points(self.rotor)
+        places = (*layout["discs"], *layout["bearings"])
+        rows = {
+            f"{place}.f_{axis}": 2 * points.index(self.rotor.point_of(place)) + k
+            for place in places
+            for k, axis in enumerate(AXES)
+        }
+        after, base = self.axial_row, AXES
+        if thrust := self.rotor.thrust:
+            rows |= {f"{thrust}.f_z": after, f"{thrust}.f_process": after}
+            after, base = after + 1, AXES + "z"
+        rows |= {f"base.a_{axis}": after + k for k, axis in enumerate(base)}
+        return {f"{PLANT}.{name}": row for name, row in rows.items()}
+
+    @cached_property
     def sites(self) -> dict[str, Place]:
         """The contact sites of the rotor that are enabled, by name."""
         parameters = self.parameters[PLANT]
@@ -265,6 +285,13 @@ class Machine:
         named += [(name, s.node, k) for s in self.rotor.sensors for k, name in enumerate((s.x, s.y))]
         named += [(f"{site.name}.{axis}", site.node, k) for site in self.rotor.sites for k, axis in enumerate(AXES)]
         return {name: (node, k) for name, node, k in reversed(named)}
+
+    @cached_property
+    def base_movers(self) -> tuple[str, ...]:
+        """Components that accelerate the base, such as a casing."""
+        links = {link.target: link.source for link in self.prepared.assembly.system.connections}
+        base = (f"{PLANT}.base.a_{axis}" for axis in AXES)
+        return tuple(dict.fromkeys(links[name].partition(".")[0] for name in base if name in links))
 
     def axis(self, bearing: str, direction: str) -> np.record:
         """Return the actuator's parameters of an axis, including its static current."""

@@ -2,8 +2,9 @@
 
     [-Omega^2 M + i Omega (C + Omega G) + K - F(i Omega)] Q = Omega^2 (u, -i u)                   (1)
 
-F describes the forces of the magnetic bearings (`feedback`). M, C, G and K are the matrices of the rotor with all its
-other supports.
+F describes all loads on the rotor that components compute from its displacements (`feedback`): forces of magnetic
+bearings, and accelerations of a base that moves. M, C, G and K are the matrices of the rotor with all its other
+supports.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from amb_analysis.machine.feedback import bearing_forces
+from amb_analysis.machine.feedback import loads_of
 from amb_analysis.machine.machine import Machine
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices, with_bearings
+from rotor_analysis.harmonic import harmonic_points
 from rotor_analysis.parts import Bearing, Point
 from rotor_analysis.refinement import about_resonances, refined
 from rotor_analysis.resonances import resonances
@@ -75,13 +77,14 @@ def refined_response(
 
 def stiffness_of(machine: Machine, others: tuple[Bearing, ...] = ()) -> Stiffness:
     """Return the dynamic stiffness of (1) as a function of the spin speed (rad/s), in condensed coordinates."""
-    nodes = tuple(sorted(machine.free_rotor.model.translations))
-    rotor_rows = np.ix_(*2 * [machine.free_rotor.model.rows(nodes)])
-    machine_rows = np.ix_(*2 * [[2 * (node - 1) + k for node in nodes for k in (0, 1)]])
+    rotor = machine.free_rotor
+    motion, forces = rotor.displacement_of(rotor.nodes), rotor.force_at(harmonic_points(machine.rotor))
+    along = np.zeros((len(forces), 1 if machine.rotor.thrust else 0))
+    left = np.hstack([forces, along, rotor.base_force])
 
     def stiffness(Omega: float) -> Complex:
+        rows, columns, loads = loads_of(machine, Omega, Omega)
         result = dynamic_stiffness(passive(machine, Omega, others), Omega)
-        result[rotor_rows] -= bearing_forces(machine, Omega, Omega)[machine_rows]
-        return result
+        return np.asarray(result - left[:, rows] @ loads @ motion[columns])
 
     return stiffness

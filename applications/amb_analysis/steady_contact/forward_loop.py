@@ -107,7 +107,7 @@ def forward_loop(source: LinearSource, Omega: float, sites: Sequence[str]) -> Fo
     Raises
     ------
     ValueError
-        If an FMU has no linear model.
+        If an FMU has no linear model, or if a sampled component moves the rotor other than by demands of the actuator.
     """
     at = source.at(Omega)
     layout = at.layout(PLANT)
@@ -128,6 +128,7 @@ def forward_loop(source: LinearSource, Omega: float, sites: Sequence[str]) -> Fo
     read = _reading_pairs(layout, bearings, sites)
     sources = {feeds[end] for end in control.inputs if end in feeds}
     used = [pair for pair in read if set(pair) & sources]
+    _require_demands_only(continuous_part, control, feeds, flat(demanded), flat(displacements))
     plant = _forward(continuous_part.selected(flat([*pairs, *demanded]), flat([*displacements, *used])).law)
     controller = _forward_control(control, used, demanded, feeds)
     delays = {name: part.late for part in discrete for name in part.outputs}
@@ -137,6 +138,23 @@ def forward_loop(source: LinearSource, Omega: float, sites: Sequence[str]) -> Fo
     notes = (*continuous_part.notes, *control.notes)
     names = (tuple(sites), tuple(places), currents)
     return ForwardLoop(Omega, plant, controller, time, late, *names, notes)
+
+
+def _require_demands_only(
+    continuous: LinearComponent,
+    control: LinearComponent,
+    feeds: Mapping[str, str],
+    demanded: Sequence[str],
+    displacements: Sequence[str],
+) -> None:
+    """Raise `ValueError` if a sampled output moves the sites and feeds neither a demand nor another sampled part."""
+    others = [(t, s) for t, s in feeds.items() if t in continuous.inputs and s in control.outputs and t not in demanded]
+    for target, output in others:
+        if len(without_idle_states(continuous.selected([target], displacements).law).A):
+            raise ValueError(
+                f"{output} feeds {target}; steady contact is computed for controllers that feed only "
+                f"{', '.join(demanded)}, so remove the component {output.partition('.')[0]} or simulate with `run`"
+            )
 
 
 def forward_rotor(source: LinearSource, Omega: float, sites: Sequence[str]) -> ComplexLaw:

@@ -118,10 +118,6 @@ def plant_structure(
         seal_records((*rotor.seals, *tilting)), np.concatenate([right[at_seals], (Minv @ left[:, at_seals]).T])
     )
 
-    base_motion = np.zeros((full.size, 2))
-    for rows in full.translations.values():
-        base_motion[rows, (0, 1)] = 1.0
-
     def first_rows(nodes: tuple[int, ...]) -> Array:
         return np.array([place[reduced.translations[node][0]] for node in nodes], dtype=np.float64)
 
@@ -158,7 +154,7 @@ def plant_structure(
         MinvC=Minv @ (C + R),
         over_speed=np.concatenate([Minv @ G, times_turned(Minv @ R)]),
         B_disc=full.at_points(left.T, rotor.disc_points),
-        B_base=-(left @ full.M @ base_motion).T,
+        B_base=-(left @ full.M @ full.base_motion).T,
         sensors=right[full.rows(rotor.sensor_nodes)],
         bearings=first_rows(rotor.bearing_nodes),
         sites=first_rows(tuple(site.node for site in sites)),

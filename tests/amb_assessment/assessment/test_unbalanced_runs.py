@@ -12,7 +12,7 @@ from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.assessment.physics import runs
 from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of, rpm
 from amb_assessment.assessment.physics.runs import placed_unbalances, planes_of_unbalance, worst_response
-from amb_assessment.assessment.physics.unbalance_cases import unbalance_cases
+from amb_assessment.assessment.physics.unbalance_cases import base_notes, unbalance_cases
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results.component_names import PLANT
 
@@ -214,3 +214,10 @@ def test_a_critical_speed_at_a_computed_speed_is_found_once(monkeypatch, speeds)
     subject = SimpleNamespace(bearings={"a": 1}, magnets=("a",), free=None)
     found = critical_map.bearing_critical_speeds(subject, np.array(speeds), {"a": np.full(len(speeds), 1e6)})
     assert found == [(1, pytest.approx(200.0))]
+
+
+def test_shapes_on_a_base_at_rest_name_what_moves_the_base():
+    assert base_notes(SimpleNamespace(base_movers=())) == []
+    (note,) = base_notes(SimpleNamespace(base_movers=("casing", "skid")))
+    assert "casing, skid" in note
+    assert "at rest" in note

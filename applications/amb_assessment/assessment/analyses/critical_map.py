@@ -7,6 +7,7 @@ import numpy as np
 from amb_analysis.machine.feedback import directional_stiffness, springs
 from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
+from amb_assessment.assessment.physics.unbalance_cases import base_notes
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array, Complex
 from rotor_analysis.critical_speeds import critical_speeds
@@ -61,6 +62,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "bearing differ, each is shown; negative values are not shown.",
         "Damping is left out, so these speeds differ from the damped frequencies of the same modes in the part "
         "`closed_loop` and from the peaks in the part `unbalance`, the more so the more a mode is damped.",
+        *base_notes(subject),
     )
     return AnalysisResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
 

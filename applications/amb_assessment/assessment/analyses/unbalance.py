@@ -8,7 +8,12 @@ from amb_analysis.machine.response import refined_response
 from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import NEARER, AssessedMachine, rpm
 from amb_assessment.assessment.physics.stages import real_coefficients, table_notes, with_tables
-from amb_assessment.assessment.physics.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
+from amb_assessment.assessment.physics.unbalance_cases import (
+    UnbalanceCase,
+    base_notes,
+    response_speeds,
+    unbalance_cases,
+)
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.presentation.digits import significant
 from array_types import Array
@@ -78,6 +83,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "that rises to the limit, so it never reduces a share. The offset of a place is added to the scaled major "
         "axis.",
         NEARER,
+        *base_notes(subject),
         *table_notes(subject, float(speeds[-1])),
     )
     return AnalysisResult(

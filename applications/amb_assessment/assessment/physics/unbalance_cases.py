@@ -18,6 +18,16 @@ BEYOND = 1.5  # highest critical speed of a mode, over the trip speed
 SOFTEST = 0.02  # least stiffness of a bearing, over the largest of a magnet
 
 
+def base_notes(subject: AssessedMachine) -> list[str]:
+    """Return the sentence that says that the undamped shapes leave out components that move the base, if any do."""
+    if not subject.base_movers:
+        return []
+    return [
+        f"The base moves with {', '.join(subject.base_movers)}. Undamped critical speeds and their shapes are those on "
+        "a base at rest; responses, currents and stability include the motion of the base."
+    ]
+
+
 @dataclass(frozen=True)
 class UnbalanceCase:
     """Unbalance that excites a mode.
