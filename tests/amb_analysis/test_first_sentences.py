@@ -90,7 +90,13 @@ def test_sensitivity_begins_with_the_worst_axis_and_its_zone():
 
     axes = {"a.x": axis(2.0, "A"), "b.y": axis(3.5, "B")}
     margin = SimpleNamespace(
-        rotor="r", speed=100.0 * math.pi, axes=axes, disk_margins={}, _all_frequencies="", warning_lines=list
+        rotor="r",
+        speed=100.0 * math.pi,
+        axes=axes,
+        disk_margins={},
+        casing=None,
+        _all_frequencies="",
+        warning_lines=list,
     )
     assert_names(str(StabilityMargin.text(margin)[0]), "Zone B", "3.500", "40.0 Hz", "b.y", "3000 rpm")
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from amb_analysis.linear.loop import Loop
 from amb_analysis.linear.responses import diagonal_response, disk_gain_and_phase, disk_margin, response
+from amb_analysis.machine.casing_damping import damping_taken
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, plan_measurement, waiting_samples
 from amb_analysis.studies.inputs import Number, controlled, spin_speed
@@ -33,6 +34,13 @@ from signal_chain.presets import is_on
 ZONES = {"A": 3.0, "B": 4.0, "C": 5.0}  # upper limit of |S| in each zone; zone D has none
 SLOWEST, SLOW = 1e-3, 40  # Hz; number of frequencies from there to the first of the curves
 CONTRADICTION = 0.1  # of S; coupling in steps explains 1 % at sharp peaks, nonlinear magnets 1 % at a peak of 12
+CASING = {
+    "all planes move alike": 1.0,
+    "only the magnets move": 0.0,
+}  # motion of sensors and seals over that of the magnets
+CASING_TITLE = "Modal mass times damping ratio (kg) that a mode of the casing needs"
+CASING_POINTS = 400  # frequencies
+CASING_ROWS = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)  # Hz, of the table
 COMPARED = 500.0  # Hz, up to which computed and measured sensitivity are compared
 
 
@@ -122,6 +130,58 @@ class DiskMargin:
     phase: Annotated[float, "deg"]
 
 
+@dataclass(frozen=True, eq=False)
+class CasingDamping:
+    """Damping that a mode of the casing needs, so that the loop does not make it unstable (`machine.casing_damping`).
+
+    frequencies
+        Natural frequencies of the mode (Hz), shape (n,).
+    needed
+        Least product (kg) of the mode's damping ratio and its modal mass for a displacement of 1 at the magnets, by
+        shape of the mode, each of shape (n,); negative where the loop damps the mode.
+    """
+
+    frequencies: Annotated[Array, "Hz"]
+    needed: Annotated[dict[str, Array], "kg"]
+
+    def worst(self, shape: str) -> tuple[float, float]:
+        """Return the largest product (kg) that is needed with a shape, and its frequency (Hz)."""
+        k = int(self.needed[shape].argmax())
+        return float(self.needed[shape][k]), float(self.frequencies[k])
+
+    @property
+    def conclusion(self) -> str:
+        """Sentence on the damping that a mode of the casing needs."""
+        needs = []
+        for shape in self.needed:
+            needed, at = self.worst(shape)
+            needs.append(f"{needed:.3g} kg at {at:.0f} Hz if {shape}" if needed > 0.0 else f"nothing if {shape}")
+        return (
+            "a mode of the casing that this model leaves out must have a modal mass times damping ratio above "
+            + ", and ".join(needs)
+        )
+
+    def text(self) -> list[TextBlock]:
+        """Return the conclusion, and a table of the needed products."""
+        table = text_table(CASING_TITLE, ("at (Hz)", *self.needed))
+        for row in self.rows:
+            table.add_row(*row)
+        return [self.conclusion, table]
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """The needed products (kg) at some frequencies, as text."""
+        shown = [hertz for hertz in CASING_ROWS if hertz <= self.frequencies[-1]]
+        return [
+            (f"{hertz:g}", *(_needed(np.interp(hertz, self.frequencies, curve)) for curve in self.needed.values()))
+            for hertz in shown
+        ]
+
+
+def _needed(product: float) -> str:
+    return f"{product:.3g}" if product > 0.0 else "none"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class StabilityMargin(MachineResult):
     """Sensitivities of all axes, and the disk margins of all loops together.
@@ -146,6 +206,8 @@ class StabilityMargin(MachineResult):
         Largest singular values of S, T, PS and CS.
     disk_margins
         Margins of all loops at once, with the loops broken at the demanded `currents` or at the `sensors`.
+    casing
+        Damping that modes of the casing need; None if it was not computed.
     """
 
     name: ClassVar[str] = "sensitivity"
@@ -160,6 +222,7 @@ class StabilityMargin(MachineResult):
     axes: dict[str, AxisSensitivity]
     gang_of_four: GangOfFour
     disk_margins: dict[str, DiskMargin]
+    casing: CasingDamping | None = None
 
     def text(self) -> list[TextBlock]:
         """Return tables of the peaks and the disk margins, and the zone of the largest peak."""
@@ -191,7 +254,7 @@ class StabilityMargin(MachineResult):
                 f"above {HIGHEST:g} Hz, beyond the range of the standard, the largest peak is {largest.peak:.3f} at "
                 f"{largest.frequency:.1f} Hz ({name})"
             )
-        return [answer, table, all_loops, *lines, *self.warning_lines()]
+        return [answer, table, all_loops, *lines, *(self.casing.text() if self.casing else ()), *self.warning_lines()]
 
     @property
     def _all_frequencies(self) -> str:
@@ -337,7 +400,16 @@ def sensitivity(
         axes=axes,
         gang_of_four=gang,
         disk_margins=disks,
+        casing=casing_damping(machine),
         warnings=prepare_run(values.machine(), settings, options=options).warnings,
+    )
+
+
+def casing_damping(machine: Machine) -> CasingDamping:
+    """Return the damping that modes of the casing need from 1 Hz up to 2 kHz or half the sample rate."""
+    frequencies = np.geomspace(LOWEST, min(HIGHEST, 0.5 / machine.loop.sample_time), CASING_POINTS)
+    return CasingDamping(
+        frequencies, {shape: damping_taken(machine, frequencies, psi) for shape, psi in CASING.items()}
     )
 
 

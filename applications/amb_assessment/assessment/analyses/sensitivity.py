@@ -9,7 +9,7 @@ import numpy as np
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
-from amb_analysis.studies.stability_margin import ZONES, StabilityMargin, sensitivity
+from amb_analysis.studies.stability_margin import CASING_TITLE, ZONES, CasingDamping, StabilityMargin, sensitivity
 from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.physics.stages import co_simulated, real_coefficients, with_tables
@@ -24,6 +24,10 @@ declare("sensitivity_measured", "1", ("frequency",))
 PEAKS = "sensitivity_peak", "sensitivity_peak_beyond"  # quantities: up to the 2 kHz of the standard, and above
 ALONG_THE_SHAFT = (
     "Here, the axis along the shaft carries only the weight. The part `axial_margins` covers all static forces."
+)
+CASING_NOTE = (
+    "the modal mass is that for a displacement of 1 at the magnets. The estimate is of first order in the forces over "
+    "the modal mass."
 )
 SPEEDS = 4  # from the smallest to the largest, before refinement about maxima
 
@@ -58,7 +62,12 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     )
     has_axial = len(loop.axes) > len(loop.lateral_axes)
     notes = (note, ALONG_THE_SHAFT) if has_axial else (note,)
-    return AnalysisResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), notes)
+    tables: tuple[ResultTable, ...] = ()
+    if study.casing is not None:
+        sentence = study.casing.conclusion
+        notes = (*notes, f"{sentence[0].upper()}{sentence[1:]}; {CASING_NOTE}")
+        tables = (_casing(study.casing),)
+    return AnalysisResult(tuple(measured), (_panel(subject, curves, study),), (_table(study), *tables), notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +127,11 @@ def _panel(subject: AssessedMachine, curves: dict[str, tuple[Array, Array]], stu
 def zone_limits(ends: Array) -> list[Curve]:
     """Return the upper limits of the |S| zones as horizontal lines between two frequencies (Hz)."""
     return [curve(f"{zone}: below {limit:g}", ends, [limit, limit], "dashed") for zone, limit in ZONES.items()]
+
+
+def _casing(casing: CasingDamping) -> ResultTable:
+    heads = ("Hz", *casing.needed)
+    return ResultTable(CASING_TITLE, heads, tuple(casing.rows))
 
 
 def _table(study: StabilityMargin) -> ResultTable:
