@@ -17,7 +17,7 @@ from amb_assessment.assessment.format.retainer_bearings import (
 )
 from amb_assessment.assessment.page.description import description
 from rotor_analysis.rigid_body import rigid_body
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 SKF_6002 = {
@@ -52,6 +52,32 @@ def test_a_bearing_without_force_has_no_load():
     (table,) = load_tables([(bearing(), 0.0, 0.0)])
     assert table.rows[0][1:] == ("0", "0", "0", "", "0")
     assert bearing().pressure(0.0) == 0.0
+
+
+def test_balls_and_mount_of_a_fall_by_the_energy_of_the_fall():
+    """33 N fall through 0.12 mm onto 10 MN/m: W (c + F/k) = F^2/(2 k), 317 N. Hertz: twice the balls' force is 2^1.5 of
+    the displacement, so that the tangent stiffness grows as F^(1/3)."""
+    W, c, k = 33.0, 0.12e-3, 1e7
+    row, sentence = bearing().mounted(W, c, k)
+    F = float(row[2])
+    assert W * (c + F / k) == pytest.approx(F**2 / (2.0 * k), rel=1e-3)
+    at_weight, at_fall = bearing().stiffness(W), bearing().stiffness(F)
+    assert at_fall / at_weight == pytest.approx((F / W) ** (1.0 / 3.0), rel=1e-3)
+    assert float(row[3]) == pytest.approx(1e-6 * at_fall, rel=1e-3)
+    assert sentence == ""
+
+
+def test_balls_that_are_as_soft_as_the_mount_are_stated_in_series():
+    row, sentence = bearing().mounted(33.0, 0.12e-3, 1e8)
+    balls = float(row[3])
+    series = 1.0 / (1.0 / 100.0 + 1.0 / balls)
+    assert balls < 5.0 * 100.0
+    assert_names(sentence, "catch_n", f"{balls / 100.0:.2g} times", f"{series:.3g} MN/m", "housing_mass")
+
+
+def test_the_inner_ring_of_a_6002_weighs_a_quarter_of_the_bearing():
+    """Catalogues give 30 g for the whole bearing, of which rings are about 80 %; the inner ring is the smaller one."""
+    assert bearing().inner_ring == pytest.approx(0.008, abs=0.003)
 
 
 PAIR = {"at": "catch_lower", "balls": 13, "ball_diameter": "5.556 mm", "bore": "20 mm", "outside": "42 mm", "rows": 2}

@@ -18,6 +18,7 @@ from amb_files.suggestions import suggest
 from ball_bearings.bearing import STRIBECK, BallBearing
 from ball_bearings.hertz import SILICON_NITRIDE, STEEL
 
+STEEL_DENSITY = 7800.0  # kg/m^3
 MATERIALS = {"steel": STEEL, "silicon_nitride": SILICON_NITRIDE}
 TITLE = "Ball bearings of the retainers"
 STANDING = "Ball bearings that carry the rotor's weight along the shaft without power"
@@ -32,6 +33,11 @@ STANDING_HEADS = (
     "life (10^6 turns)",
     "at the largest speed (h)",
 )
+MOUNTED = "Balls and mounts of the retainers in a fall"
+MOUNTED_HEADS = ("retainer", "mount (MN/m)", "force (N)", "balls (MN/m)", "balls at C_0 (MN/m)", "inner ring (kg)")
+SOFT = 5.0  # tangent stiffness of the balls over that of the mount below which they act in series
+WIDTH = 1.7  # of a ring over the diameter of a ball, in catalogues from thin to medium sections
+SHOULDER = 0.6  # of the diameter of a ball: difference between pitch diameter and outside of the inner ring
 DATA_HEADS = (
     "balls",
     "C_0 (kN)",
@@ -145,11 +151,52 @@ class RetainerBearing(Table):
     def _angle(self, force: float, axial: float) -> str:
         return f"{math.degrees(self.bearing.largest_contact_angle(force, axial)):.1f}"
 
+    def stiffness(self, force: float) -> float:
+        """Return the tangent stiffness dF/dx (N/m) under a radial force (N) above 0."""
+        more, less = (self.bearing.displacement_under(share * force) for share in (1.01, 0.99))
+        return 0.02 * force / (more - less)
+
+    @property
+    def inner_ring(self) -> float:
+        """Mass (kg) of the inner ring, or rings, estimated from bore, pitch diameter and balls."""
+        bearing, bore = self.bearing, self._value("bore", "m")
+        outside = bearing.pitch_diameter - SHOULDER * bearing.ball_diameter
+        return self.rows * STEEL_DENSITY * WIDTH * bearing.ball_diameter * 0.25 * math.pi * (outside**2 - bore**2)
+
+    def mounted(self, weight: float, clearance: float, mount: float) -> tuple[tuple[str, ...], str]:
+        """Return the table row under `MOUNTED_HEADS`, and a sentence if the balls are soft; empty otherwise.
+
+        A weight W that falls through a clearance c onto a mount of stiffness k presses it with
+
+            F = W (1 + sqrt(1 + 2 k c/W)),    from W (c + F/k) = F^2/(2 k)
+
+        Parameters
+        ----------
+        weight, clearance, mount
+            W (N), c (m) and k (N/m), all above 0.
+        """
+        force = weight * (1.0 + math.sqrt(1.0 + 2.0 * mount * clearance / weight))
+        of_balls, ring = self.stiffness(force), self.inner_ring
+        numbers = (
+            f"{1e-6 * mount:.4g}",
+            f"{force:.4g}",
+            f"{1e-6 * of_balls:.4g}",
+            f"{1e-6 * self.stiffness(self.rating):.4g}",
+        )
+        row = (self.at, *numbers, f"{ring:.2g}")
+        if of_balls >= SOFT * mount:
+            return row, ""
+        series = 1.0 / (1.0 / mount + 1.0 / of_balls)
+        return row, (
+            f"{self.at}: in a fall, the balls are {of_balls / mount:.2g} times as stiff as the mount; state the "
+            f"stiffness of both in series, mount_stiffness = {1e-6 * series:.3g} MN/m, and the inner ring, of about "
+            f"{ring:.2g} kg, as housing_mass"
+        )
+
     def data(self, weight: float) -> tuple[str, ...]:
         """Return the table row under `DATA_HEADS`, for a radial force `weight` (N), which may be 0."""
         bearing, rating = self.bearing, self.rating
-        more, less = (bearing.displacement_under(share * weight) for share in (1.01, 0.99))
-        stiffness = f"{1e-6 * 0.02 * weight / (more - less):.4g}" if weight > 0.0 else "-"
+        stiffness = f"{1e-6 * self.stiffness(weight):.4g}" if weight > 0.0 else "-"
         displacements = (f"{1e6 * bearing.displacement_under(force):.3g}" for force in (weight, rating))
         ratings = (f"{1e-3 * rating:.4g}", f"{1e-3 * bearing.static_rating:.4g}")
         return (self.at, f"{self.rows} x {self.balls}", *ratings, stiffness, *displacements)

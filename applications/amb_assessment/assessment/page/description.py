@@ -12,6 +12,8 @@ from amb_actuator.force import static_pull
 from amb_assessment.assessment.format.criteria import Criterion, unread
 from amb_assessment.assessment.format.retainer_bearings import (
     DATA_HEADS,
+    MOUNTED,
+    MOUNTED_HEADS,
     STANDING,
     STANDING_HEADS,
     TITLE,
@@ -83,8 +85,15 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
     along, across = subject.file.axial_gravity, abs(subject.gravity_across)
     balls = labelled_table(f"{TITLE}, under their share of the weight across the shaft", "retainer", *DATA_HEADS)
     loads = lain_on(subject) if subject.file.retainer_bearings and (across or not along) else {}
+    mounted, soft = labelled_table(MOUNTED, *MOUNTED_HEADS), list[str]()
     for item in subject.file.retainer_bearings:
-        balls.add_row(*item.data((across or STANDARD_GRAVITY) * loads.get(item.at, 0.0)))
+        weight = (across or STANDARD_GRAVITY) * loads.get(item.at, 0.0)
+        balls.add_row(*item.data(weight))
+        mount = _mount(subject, item.at)
+        if mount > 0.0 and weight > 0.0:
+            row, sentence = item.mounted(weight, subject.sites[item.at].clearance, mount)
+            mounted.add_row(*row)
+            soft += [sentence] if sentence else []
     standing = labelled_table(STANDING, *STANDING_HEADS)
     for item in subject.file.retainer_bearings:
         if item.at == subject.stands_on:
@@ -108,6 +117,7 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
     tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
     tables += [axial, *thrust_doubt(subject)] if subject.file.thrust_bearing is not None else []
     tables += [balls] if subject.file.retainer_bearings else []
+    tables += [mounted, *soft] if mounted.row_count else []
     tables += [standing] if standing.row_count else []
     return [
         *tables,
@@ -116,6 +126,12 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
         criteria_line,
         *warnings,
     ]
+
+
+def _mount(subject: AssessedMachine, site: str) -> float:
+    """Return the larger stiffness (N/m) of the mount of a retainer; 0 if its housing is rigid."""
+    parameters = subject.parameters[PLANT]
+    return max(parameters.get(f"{site}.mount_stiffness_{axis}", 0.0) for axis in "xy")
 
 
 def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
