@@ -10,7 +10,11 @@
     scenario=first.toml,second.toml                   other scenarios
     control=@controls.toml                            a table of settings for each label
 
-A range without a count, `60:300`, is for sampling.
+A range without a count, `60:300`, is for sampling; so are distributions and files of values (see `distributions`):
+
+    rotor_contact.*.clearance=normal(0.15 mm, 5 um) in 0.13 mm:0.17 mm
+    Omega=@speeds.csv                                 a value per line
+    a.mu=0.1:0.4 & b.mu=normal(0.2, 0.05)             one share for both, so that they rise together
 """
 
 from __future__ import annotations
@@ -26,6 +30,7 @@ from typing import Any
 from amb_cosim.scenario.scenario import SPEED
 from amb_files.checks import repeated, require_kind
 from amb_files.plain_values import Plain, listed, plain_value, plain_values
+from amb_sweeps.distributions import Distribution, is_distribution, read_distribution, read_values
 from fmi_export.building.units import to_unit
 
 MOST_POINTS = 10_000_000  # points of a sweep
@@ -96,12 +101,13 @@ class Range:
     stop: float
     unit: str = ""
 
-    def at(self, shares: Sequence[float]) -> Column:
+    def at(self, shares: Sequence[float]) -> tuple[float, ...]:
         """Return the values at these fractions of the range."""
-        return Column(self.name, tuple(self.start + float(s) * (self.stop - self.start) for s in shares), self.unit)
+        return tuple(self.start + float(s) * (self.stop - self.start) for s in shares)
 
 
-Variation = Axis | tuple[Range, ...]
+Sampled = Range | Distribution
+Variation = Axis | tuple[Sampled, ...]
 
 
 def read_variations(vary: Vary) -> list[Variation]:
@@ -153,19 +159,19 @@ def _variation(name: str, values: Any) -> Variation:
     for item in names:
         if not _NAME.fullmatch(item):
             raise ValueError(f"{item!r} is not a variable name; write for example Omega or rotor_contact.impeller.u")
-    if isinstance(values, str) and values.startswith("@"):
+    if isinstance(values, str) and values.startswith("@") and not _is_file_of_values(values):
         values = _table(values[1:])
     if isinstance(values, Mapping):
         return _alternatives(name, values)
     if len(names) == 1:
         part = _values(name, values)
-        return (part,) if isinstance(part, Range) else Axis(name, (part,))
+        return Axis(name, (part,)) if isinstance(part, Column) else (part,)
     if isinstance(values, str) or len(values) != len(names):
         raise ValueError(f"{name} needs values for each of its {len(names)} names")
     parts = [_values(item, of_name) for item, of_name in zip(names, values, strict=True)]
     columns = [part for part in parts if isinstance(part, Column)]
     if not columns:
-        return tuple(part for part in parts if isinstance(part, Range))
+        return tuple(part for part in parts if not isinstance(part, Column))
     sizes = {column.name: len(column.values) for column in columns}
     if len(columns) < len(parts) or len(set(sizes.values())) > 1:
         counts = ", ".join(f"{column} {n}" for column, n in sizes.items())
@@ -189,7 +195,19 @@ def _table(path: str) -> dict[str, Any]:
     return read_toml(Path(path), f"table {path}")
 
 
-def _values(name: str, values: Any) -> Column | Range:
+def _is_file_of_values(text: str) -> bool:
+    return text.startswith("@") and Path(text[1:]).suffix.lower() in (".csv", ".txt")
+
+
+def _values(name: str, values: Any) -> Column | Sampled:
+    if isinstance(values, str) and (is_distribution(values) or _is_file_of_values(values)):
+        if name == "scenario" or name.startswith("fmu."):
+            raise ValueError(f"{name} = {values} is not allowed; {name} has no numbers, so list its values")
+        read = read_distribution(name, values, _quantity) if is_distribution(values) else None
+        part = read or read_values(name, Path(values[1:].strip()), _quantity)
+        if not part.unit:
+            _require_speed_unit(name, values)
+        return part
     if isinstance(values, str):
         first, colon, _ = values.partition(":")
         is_range = bool(colon) and ("/" not in values or _quantity(first) is not None)  # texts with a slash are paths

@@ -30,7 +30,7 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
     units: dict[str, str] = {}
     descriptions: dict[str, str] = {}
     sampled = design.sampling != "grid" and len(design.axes) == 1
-    for point in (0, design.size - 1) if sampled else design.corners():
+    for point in design.extremes() if sampled else design.corners():
         settings = design.settings(point)
         prepared = runner.plan(settings)
         variables = prepared.assembly.assignments()

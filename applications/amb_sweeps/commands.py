@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.option(
     "--sample",
     metavar="METHOD",
-    help="lhs:N, sobol:N or saltelli:N for N points in ranges without a count, or boundary:METRIC (see above).",
+    help="random:N, lhs:N, sobol:N or saltelli:N for N points, or boundary:METRIC (see above).",
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sample.")
 @SETTINGS
@@ -75,6 +75,9 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
 
     --vary takes NAME=START:STOP:COUNT, NAME=VALUE,VALUE,... with units, or NAME=@FILE for a table with one setting per
     label. Names joined by & vary together; variables that an event sets begin with the label of the event.
+
+    --sample draws points from ranges NAME=START:STOP, from normal(MEAN, SD), lognormal(MEDIAN, CV), triangular(A, B, C)
+    or rayleigh(MODE), each followed by `in START:STOP` to limit it, and from NAME=@FILE.csv with one value per line.
 
     --sample boundary:recovered, boundary:contact or boundary:rolling bisects between the points of a grid.
     """

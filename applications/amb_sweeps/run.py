@@ -125,7 +125,7 @@ def sweep(
 ) -> Sweep:
     """Run a scenario over a grid or a sample of its values, and return the results.
 
-    To resume an interrupted sweep, call this again with the same folder.
+    To resume an interrupted sweep, call this again with the same folder. A `random` or `sobol` sample also grows there.
 
     Parameters
     ----------
@@ -140,8 +140,8 @@ def sweep(
         Folder of the sweep, with `sweep.zarr`.
     sample, seed
         The sampling method, and the seed of random points. The method is `grid`; `boundary:METRIC` for a grid in which
-        the boundary of recovered, contact or rolling is bisected; or `lhs:N`, `sobol:N` or `saltelli:N` for N points in
-        the ranges without a count.
+        the boundary of recovered, contact or rolling is bisected; or `random:N`, `lhs:N`, `sobol:N` or `saltelli:N` for
+        N points in the ranges without a count and the distributions.
     metrics
         Functions that take a result and return named numbers, in addition to the key values. An error of a metric is
         stored as `metric_error`; outcome and other numbers of the run remain.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import re
 from collections.abc import Iterator, Mapping
@@ -11,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.system.values import Raw
-from amb_sweeps.axes import MOST_POINTS, Axis, Column, Range, Vary, read_variations
+from amb_sweeps.axes import MOST_POINTS, Axis, Column, Sampled, Vary, read_variations
 
 SAMPLE = "sample"  # name of the axis of sampled points
 POINT = "point"  # name of the axis of listed points
+GROWING = ("random", "sobol")  # methods whose first points do not depend on their number
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,11 @@ class SamplePlan:
                 index[at] = k
                 yield int(np.ravel_multi_index(index, self.shape))
 
+    def extremes(self) -> Iterator[int]:
+        """Yield the points of a sample that have the least and the largest value of a variable."""
+        columns = [np.asarray(column.values) for column in self.axes[0].columns]
+        yield from sorted({0, *(int(k) for values in columns for k in (values.argmin(), values.argmax()))})
+
     def with_units(self, units: Mapping[str, str]) -> SamplePlan:
         """Return a copy in which numbers without a unit have the unit that `units` contains for their variable."""
 
@@ -59,6 +66,20 @@ class SamplePlan:
 
         axes = (replace(axis, columns=tuple(labelled(column) for column in axis.columns)) for axis in self.axes)
         return replace(self, axes=tuple(axes))
+
+    @property
+    def method(self) -> str:
+        """Sampling method: grid, random, lhs, sobol or saltelli."""
+        return self.sampling.partition(":")[0]
+
+    def first(self, count: int) -> SamplePlan:
+        """Return a copy with the first `count` points of its sample only."""
+
+        def cut(axis: Axis) -> Axis:
+            columns = tuple(replace(column, values=column.values[:count]) for column in axis.columns)
+            return replace(axis, columns=columns) if axis.name == SAMPLE else axis
+
+        return replace(self, axes=tuple(cut(axis) for axis in self.axes), sampling=f"{self.method}:{count}")
 
     def as_dict(self) -> dict[str, Any]:
         """Return axes, sampling and seed, ready for JSON."""
@@ -73,9 +94,9 @@ def sample_plan(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
     vary
         Variations; see `axes.read_variations`.
     sample
-        `grid`, or `lhs:N` (Latin hypercube), `sobol:N` (Sobol sequence, scrambled) or `saltelli:N` (for the indices of
-        `sensitivity`), which draw N points from the ranges. These points are combined with each value of the other
-        axes, so all alternatives have the same samples.
+        `grid`, or `random:N` (independent points), `lhs:N` (Latin hypercube), `sobol:N` (Sobol sequence, scrambled) or
+        `saltelli:N` (for the indices of `sensitivity`), which draw N points from the ranges and distributions. These
+        points are combined with each value of the other axes, so all alternatives have the same samples.
     seed
         Seed of the samples.
 
@@ -90,42 +111,55 @@ def sample_plan(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
     names = ", ".join(part.name for group in ranges for part in group)
     if sample == "grid":
         if ranges:
-            raise ValueError(f"{names} has no count; write START:STOP:COUNT, or --sample lhs:N")
+            raise ValueError(f"{names} has no count; write START:STOP:COUNT, or --sample random:N")
         design = SamplePlan(axes)
     else:
         method, count = _method(sample)
         if not ranges:
-            raise ValueError(f"--sample {sample} has nothing to sample; a range is NAME=START:STOP, without a count")
-        shares = _draw(method, count, len(ranges), seed)
+            raise ValueError(f"--sample {sample} has nothing to sample; write a range NAME=START:STOP without a count")
+        shares = _draw(method, count, [group[0].name for group in ranges], seed)
         design = SamplePlan((*axes, sampled_axis(ranges, shares)), sample, seed)
     if design.size > MOST_POINTS:
         raise ValueError(f"{design.size} points are not allowed; the limit is {MOST_POINTS}")
     return design
 
 
-def sampled_axis(ranges: list[tuple[Range, ...]], shares: np.ndarray[Any, Any]) -> Axis:
-    """Return the axis whose points lie at these fractions of the ranges, shape (points, ranges)."""
-    columns = [part.at(of_range) for group, of_range in zip(ranges, shares.T, strict=True) for part in group]
-    return Axis(SAMPLE, tuple(columns))
+def sampled_axis(ranges: list[tuple[Sampled, ...]], shares: np.ndarray[Any, Any]) -> Axis:
+    """Return the axis whose points lie at these shares of ranges and distributions, shape (points, ranges)."""
+    grouped = zip(ranges, shares.T, strict=True)
+    return Axis(
+        SAMPLE,
+        tuple(Column(part.name, part.at(of_group), part.unit) for group, of_group in grouped for part in group),
+    )
 
 
 def _method(sample: str) -> tuple[str, int]:
-    match = re.fullmatch(r"(lhs|sobol|saltelli):(\d+)", sample)
+    match = re.fullmatch(r"(random|lhs|sobol|saltelli):(\d+)", sample)
     if match is None or not 1 <= int(match[2]) <= MOST_POINTS:
-        allowed = f"grid, boundary:METRIC, lhs:N, sobol:N or saltelli:N, with N from 1 to {MOST_POINTS}"
+        allowed = f"grid, boundary:METRIC, random:N, lhs:N, sobol:N or saltelli:N, with N from 1 to {MOST_POINTS}"
         raise ValueError(f"--sample {sample} is not allowed; it must be {allowed}")
     return match[1], int(match[2])
 
 
-def _draw(method: str, count: int, dimensions: int, seed: int) -> np.ndarray[Any, Any]:
+def _draw(method: str, count: int, names: list[str], seed: int) -> np.ndarray[Any, Any]:
     from scipy.stats import qmc
 
+    dimensions = len(names)
+    if method == "random":
+        return np.column_stack([_independent(count, seed, name) for name in names])
     if method == "saltelli":
         return _saltelli(count, dimensions, seed)
     if method == "lhs":
         return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(count))
     sequence = qmc.Sobol(dimensions, rng=np.random.default_rng(seed))
     return np.asarray(sequence.random_base2(max(count - 1, 0).bit_length()))[:count]  # no warning about its balance
+
+
+def _independent(count: int, seed: int, name: str) -> np.ndarray[Any, Any]:
+    """Return uniform numbers; the i-th depends on seed, i and name alone (Philox, keyed by the seed and the name)."""
+    digest = hashlib.sha256(f"{seed} {name}".encode()).digest()
+    key = np.frombuffer(digest, "<u8", 2)
+    return np.asarray(np.random.Generator(np.random.Philox(key=key)).random(count))
 
 
 def _saltelli(count: int, dimensions: int, seed: int) -> np.ndarray[Any, Any]:

@@ -6,7 +6,8 @@
 A single process writes the store. Every chunk is a file with a checksum, and is replaced atomically. `outcome` is
 written last and shows which points have results, so a sweep that was killed at any moment can resume. Metadata of the
 arrays are stored twice, in a file per array and in a common file (`.zmetadata`), so damage to either is detected. The
-only files that are removed are temporary files of a killed process, and a store without results (`discard`).
+only files that are removed are temporary files of a killed process, a store without results (`discard`), and a store
+whose results a larger one holds: more points of the same sample are added to the points that a folder has.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from amb_files.atomic import plain_file, write_file
 from amb_files.temporary_folders import temporary_folder
 from amb_sweeps.metrics import KEY_VALUES
 from amb_sweeps.outcomes import COLOURS
-from amb_sweeps.sampling import SamplePlan
+from amb_sweeps.sampling import GROWING, SamplePlan
 from amb_sweeps.worker import PointResult
 from amb_sweeps.zarr_groups import EVERY_CHUNK, consolidate, forget_group, read_group, write_group
 
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STORE, RUNS = "sweep.zarr", "runs"
+BEFORE = "sweep.zarr.before"  # a store while a larger one replaces it
 CHUNK = 16384  # most points that are written together
 LONGEST = 400  # most characters of a reason
 PARTIAL = re.compile(r"\.[0-9a-f]{32}\.partial$")  # Zarr's temporary files of chunks
@@ -68,8 +70,8 @@ class SweepStore:
     Raises
     ------
     ValueError
-        If the store was made for another request (the message lists the differences), if it is damaged, or if its path
-        is not a store. Nothing is changed.
+        If the store was made for another request (the message lists the differences), unless it has fewer points of
+        the same sample; if it is damaged, or if its path is not a store. Nothing is changed.
     """
 
     def __init__(
@@ -88,13 +90,61 @@ class SweepStore:
         self._dirty: set[int] = set()
         requested = json.loads(json.dumps(dict(request)))
         self._attrs = {"request": json.dumps(requested), "provenance": json.dumps(dict(provenance))}
+        self._finish_interrupted_growth()
         if os.path.lexists(self.path / group):
             existing = open_sweep(folder, group)
-            check_same(requested, json.loads(existing.attrs.get("request", "null")), folder)
+            stored = json.loads(existing.attrs.get("request", "null"))
+            fewer = None if group else self._fewer_points(stored)
+            check_same(
+                requested if fewer is None else json.loads(json.dumps({**requested, "design": fewer.as_dict()})),
+                stored,
+                folder,
+            )
             self._values = {str(name): np.array(variable.values) for name, variable in existing.data_vars.items()}
             self._finish_interrupted_write()
+            if fewer is not None:
+                self._grow(fewer)
         else:
             self._create()
+
+    def _fewer_points(self, stored: Any) -> SamplePlan | None:
+        """Return the design with the points of the stored request; None unless it is a smaller sample.
+
+        The files of kept records have the number of their point, which crossed axes would change.
+        """
+        sampling = str(((stored or {}).get("design") or {}).get("sampling", ""))
+        method, _, number = sampling.partition(":")
+        is_crossed = len(self.design.axes) > 1 and (self.folder / RUNS).exists()
+        if method not in GROWING or method != self.design.method or not number.isdecimal() or is_crossed:
+            return None
+        count = int(number)
+        return self.design.first(count) if count < len(self.design.axes[-1]) else None
+
+    def _grow(self, fewer: SamplePlan) -> None:
+        """Replace the store by one with all points of the design, which has the results of the fewer points."""
+        of_fewer = tuple(slice(length) for length in fewer.shape)
+        for name, values in self._values.items():
+            numeric = values.dtype.kind == "f"
+            grown = np.full(self.design.shape, np.nan if numeric else "", values.dtype)
+            grown[of_fewer] = values
+            self._values[name] = grown
+        before = self.folder / BEFORE
+        with temporary_folder(self.folder) as temporary:
+            staged = self._staged(self._labelled(tuple(self._values)), temporary)
+            consolidate(staged)
+            self.path.rename(before)
+            staged.rename(self.path)
+        shutil.rmtree(before)
+
+    def _finish_interrupted_growth(self) -> None:
+        """Restore a store whose replacement was interrupted, or remove it if it was replaced."""
+        before = self.folder / BEFORE
+        if not os.path.lexists(before):
+            return
+        if os.path.lexists(self.path):
+            shutil.rmtree(before)
+        else:
+            before.rename(self.path)
 
     @property
     def missing(self) -> list[int]:

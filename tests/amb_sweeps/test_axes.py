@@ -161,7 +161,7 @@ def test_ranges_that_vary_together_share_their_samples():
         ({"p.w": "1:2"}, "grid", ("p.w", "count")),
         ({"p.w": "1:2:3"}, "lhs:4", ("sample",)),
         ({"p.w": "1:2"}, "lhs:0", ("grid", "lhs:N")),
-        ({"p.w": "1:2"}, "random:4", ("grid", "lhs:N")),
+        ({"p.w": "1:2"}, "halton:4", ("grid", "lhs:N")),
         ({"p.w": "1:2"}, "saltelli:6", ("power of 2",)),
         ({}, "grid", ("nothing",)),
         ({"a.a": "1:2:9999", "b.b": "1:2:9999"}, "grid", ("points",)),
