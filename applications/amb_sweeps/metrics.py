@@ -12,6 +12,7 @@ from amb_cosim.results.contact_history import Recovery
 from amb_cosim.results.orbits import orbit_largest
 from amb_cosim.results.places import RotorPlaces, places
 from amb_cosim.results.thinned import judged
+from amb_cosim.results.touchdown import landing_whirl, touchdown
 
 KEY_VALUES = {  # unit and, unless the name says it, description
     "contact": ("1", "1 if the rotor touched at any time from cycle 0 on"),
@@ -27,12 +28,20 @@ KEY_VALUES = {  # unit and, unless the name says it, description
     "orbit_largest": ("mm", ""),
     "rolling_from": ("cycle", ""),
     "last_contact": ("cycle", ""),
+    "whirl_number": ("1", "Net backward turns of a landing about a site, at most; NaN: no landing"),
+    "whirl_decided": (
+        "1",
+        "1 if a landing whirls, through 10 turns, or will not; 0 if the run ends before this is decided",
+    ),
+    "contact_time": ("s", "Time in contact after the release"),
+    "heat": ("J", "Heat of friction, race drag and impacts"),
+    "temperature": ("K", "Largest temperature; NaN without a heat capacity"),
 }
 
 
 def needed(places: RotorPlaces) -> tuple[str, ...]:
     """Return patterns of the variables that the key values need."""
-    names = ("f_n*", "impulse", "mode", "whirl_speed")
+    names = ("f_n*", "impulse", "mode", "whirl_speed", "race_speed", "heat", "temperature")
     site_variables = (f"{PLANT}.{site}.{name}" for site in places.contacts for name in names)
     displacements = (f"{PLANT}.{place}.[xy]" for place in (*places.bearings, *places.apart))
     return (f"{PLANT}.contact_state", *site_variables, *displacements, *stability.needed())
@@ -46,6 +55,9 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     disturbance and relief during which any site is in contact. Values of a site or bearing have its name as a suffix,
     as in `peak_contact_force.seal`; a value without a suffix is the largest of all sites or bearings.
     """
+    whirl, fall = landing_whirl(signals), None
+    if whirl is not None:
+        fall = touchdown(signals)
     signals = judged(signals)
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
@@ -59,12 +71,21 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
         "rolling_from": _nan(rolls),
         "last_contact": _nan(last),
     }
+    if whirl is not None:
+        values |= {"whirl_number": whirl[0], "whirl_decided": float(whirl[1])}
     at_places = {
         "averaged_contact_force": {site: contact_forces.largest_averaged_force(signals, site) for site in sites},
         "peak_contact_force": {site: contact_forces.peak_force(signals, site) for site in sites},
         "peak_impulse": {site: contact_history.peak(signals, f"{site}.impulse") for site in sites},
         "orbit_largest": orbit_largest(signals),
     }
+    if fall is not None:
+        retainers = fall.retainers
+        at_places |= {
+            "contact_time": {site: _sum(item.sliding, item.rolling) for site, item in retainers.items()},
+            "heat": {site: item.heat for site, item in retainers.items()},
+            "temperature": {site: item.temperature for site, item in retainers.items()},
+        }
     for name, by_place in at_places.items():
         numbers = [_nan(value) for value in by_place.values()]
         values[name] = max((v for v in numbers if not math.isnan(v)), default=math.nan)
@@ -81,6 +102,10 @@ def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
     if outcome.failure is not None:
         return "failed", outcome.failure
     return recovery or outcome.status, outcome.stopped or ""
+
+
+def _sum(one: float | None, other: float | None) -> float | None:
+    return None if one is None or other is None else one + other
 
 
 def _nan(value: float | None) -> float:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import force_unit
+from amb_sweeps.landing_answers import landing_lines
 from amb_sweeps.outcomes import BROKEN_OFF, COLOURS
 from amb_sweeps.panels import descriptions, numeric_axes, panels, value_text
 from amb_sweeps.refine import boundary_group, refined_axes
@@ -25,7 +26,7 @@ FORCES = {"averaged_contact_force": "contact force averaged over 1 ms", "peak_co
 
 
 def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, boundary: str) -> list[str]:
-    """Return a line for each alternative, then lines on the boundary, the sensitivities and the failures, if any.
+    """Return the answers and outcomes of each alternative, then lines on boundary, sensitivities and failures, if any.
 
     Parameters
     ----------
@@ -33,7 +34,12 @@ def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, bound
         Results, points, folder and boundary of a `Sweep`.
     """
     parts = panels(design, numeric_axes(design), descriptions(dataset))
-    lines = [_alternative_line(panel.title, dataset.isel(panel.at)) for panel in parts]
+    lines = []
+    for panel in parts:
+        part = dataset.isel(panel.at)
+        before = f"{panel.title}: " if panel.title else ""
+        lines += [before + line for line in landing_lines(design, part)]
+        lines.append(_alternative_line(panel.title, part))
     return [
         *lines,
         *_late_event_lines(dataset),

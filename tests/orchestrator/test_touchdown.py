@@ -12,7 +12,7 @@ from amb_cosim.results.plots import figure
 from amb_cosim.results.rocking import steady_swing
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import table
-from amb_cosim.results.touchdown import SLIDING, touchdown
+from amb_cosim.results.touchdown import SLIDING, WHIRL_TURNS, landing_whirl, touchdown
 from tests.support.messages import assert_names
 
 
@@ -104,6 +104,55 @@ MOTIONS = {  # mode and whirl speed of RB1 over time, None as in the fall, and t
         ("none", None),
     ),
 }
+
+
+def landing(until=END, whirl=WHIRL):
+    """Return the fall without power, until a time (s), with a whirl at a speed (rad/s) for one second."""
+    t = fall()["time"].values
+    dataset = fall(**{f"{site}.whirl_speed": np.where(t < WHIRLED, whirl, 0.0) for site in ("rb1", "rb2")})
+    off = dataset["amb_actuator.mb1.amplifier_off_x"]
+    return dataset.assign({"amb_actuator.mb1.amplifier_off_y": off}).isel(time=t <= until)
+
+
+@pytest.mark.parametrize("until", [WHIRLED + 0.05, 2.0, END])
+def test_the_whirl_number_does_not_depend_on_the_length_of_the_run(until):
+    """A whirl at 40 rad/s for one second is 40/(2 pi) = 6.37 turns; the whirl of a longer run is the same."""
+    number, _ = landing_whirl(landing(until))
+    assert number == pytest.approx(40.0 / (2.0 * np.pi), rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("until", "whirl", "whirls", "decided"),
+    [
+        (WHIRLED + 0.05, -40.0, False, False),  # 6.4 turns, and the races turn at a third of the rotor's speed
+        (END, -40.0, False, True),  # the rotor has stopped
+        (1.0, -100.0, True, True),  # 12.7 turns by then, which a longer run cannot undo
+        (END, -100.0, True, True),
+        (END, 100.0, False, True),  # forward
+    ],
+)
+def test_ten_backward_turns_are_a_whirl_and_a_short_run_leaves_it_undecided(until, whirl, whirls, decided):
+    number, is_decided = landing_whirl(landing(until, whirl))
+    assert (number >= WHIRL_TURNS, is_decided) == (whirls, decided)
+
+
+def test_races_at_speed_decide_only_if_the_whirl_has_ended_for_ten_turns():
+    """At 300 rad/s ten turns take 0.21 s; the whirl ends at 1.2 s, and the rotor never comes to rest."""
+    for until, decided in ((WHIRLED + 0.15, False), (WHIRLED + 0.3, True)):
+        run = landing(until)
+        turning = np.full(run.sizes["time"], OMEGA)
+        races = {f"rotor_contact.{name}": ("time", turning) for name in ("speed", "rb1.race_speed", "rb2.race_speed")}
+        swing = ("time", 0.5 * CLEARANCE * np.sin(50.0 * run["time"].values))
+        moving = {f"rotor_contact.{bearing}.{axis}": swing for bearing in ("mb1", "mb2") for axis in "xy"}
+        assert touchdown(run.assign(races | moving)).rest_after is None
+        assert landing_whirl(run.assign(races | moving))[1] is decided
+
+
+def test_a_run_with_power_is_no_landing():
+    powered = fall().assign(
+        {f"amb_actuator.mb1.amplifier_off_{axis}": ("time", fall()["time"].values < 1.0) for axis in "xy"}
+    )
+    assert landing_whirl(powered) is None
 
 
 @pytest.mark.parametrize("case", MOTIONS)

@@ -16,10 +16,10 @@ from amb_cosim.results.contact_forces import received_impulse, touches
 from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchable
 from amb_cosim.results.orbits import gravity_across, moving_places, path, path_at_rest, radius
 from amb_cosim.results.places import places
-from amb_cosim.results.power import amplifiers_off
+from amb_cosim.results.power import amplifiers_off, power_lost_at
 from amb_cosim.results.rocking import pendulum_period, steady_swing
-from amb_cosim.results.signal_arrays import Path, at_every_step, cycles, parameters, signal
-from array_types import Array, Bools
+from amb_cosim.results.signal_arrays import Path, at_every_step, cycles, parameters, signal, speed
+from array_types import Array, Bools, Indices
 
 SLIDING = 1
 N_IMPACTS = 5
@@ -28,6 +28,7 @@ AT_REST = 0.05  # of the clearance; smaller motion counts as rest
 SLOW = 0.01  # of the speed at release
 LAST_PART = 0.1  # of the time from release on, in which the rotor must be at rest
 REST_PERIODS = 2.0  # of a swing in the retainer, in which it must be at rest too
+WHIRL_TURNS = 10.0  # net backward turns from which a landing whirls; of 512 landings, 172 did with 2 and 168 with 20
 WHIRLS = 1.0  # turns net of going to and fro, and turns in contact, below which a motion is not a whirl
 LEAST_IMPACT = 1e-6  # of the sum of all impacts; less is rounding where a contact lasts
 
@@ -131,6 +132,43 @@ class Touchdown:
     def whirls_backward_at(self) -> list[str]:
         """The touched sites at which the rotor has whirled backward."""
         return [site for site, item in self.retainers.items() if item.whirl == "backward"]
+
+
+def landing_whirl(dataset: Signals) -> tuple[float, bool] | None:
+    """Return the whirl number of a landing, and whether it is decided that the landing whirls or does not.
+
+    The whirl number is the largest number of net backward turns about a site in any interval since the power loss,
+
+        W = max_i max_[a, b] (sum(-dpsi_i) - sum(|dpsi_i|)/2) / pi                                            (2)
+
+    where dpsi_i is the angle of whirl in a step of contact or in a flight. A longer run never has a smaller one. A
+    landing whirls from `WHIRL_TURNS` on. That it does not whirl is decided when the races of all touched sites turn at
+    95 % of the rotor's speed or more, so that friction has ended, and W has not grown for 10 turns of the rotor; or
+    when the rotor is at rest. The result is None unless all magnets lose their power.
+    """
+    steps, lost = at_every_step(dataset), power_lost_at(at_every_step(dataset))
+    if lost is None:
+        return None
+    after = _from(steps, int(np.searchsorted(cycles(steps), lost)))
+    turned = np.abs(np.cumsum(speed(after) * _steps(after))) / (2.0 * np.pi)
+    recent = int(np.searchsorted(turned, turned[-1] - WHIRL_TURNS))
+    number, grows = 0.0, turned[-1] < WHIRL_TURNS
+    touched = [site for site in touchable(dataset) if touches(after, site).any()]
+    for site in touched:
+        whirl = signal(after, f"{site}.whirl_speed")
+        if whirl is None:
+            return None
+        angles, begins = _turned(after, site, whirl)
+        number = max(number, _most_turning(-angles)[0] / np.pi)
+        grows |= _most_turning(-angles[begins < recent])[0] < _most_turning(-angles)[0]
+    if number >= WHIRL_TURNS:
+        return number, True
+    races = [signal(after, f"{site}.race_speed") for site in touched]
+    spun_up = all(race is not None and abs(race[-1]) >= SPUN_UP * abs(speed(after)[-1]) for race in races)
+    if touched and spun_up and not grows:
+        return number, True
+    fall = touchdown(dataset)
+    return number, fall is not None and (fall.rest_after is not None or fall.standstill_after is not None)
 
 
 def touchdown(dataset: Signals) -> Touchdown | None:
@@ -268,14 +306,9 @@ def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
     mode, whirl = (signal(after, f"{site}.{name}") for name in ("mode", "whirl_speed"))
     if mode is None or whirl is None:
         return None, None
-    turned, touched = whirl * _steps(after), touches(after, site)
-    if not touched.any():
+    turned, (angles, begins) = whirl * _steps(after), _turned(after, site, whirl)
+    if not len(angles):
         return "none", None
-    end = np.flatnonzero(touched)[-1] + 1
-    begins = np.flatnonzero(touched[:end] | np.append(False, touched[: end - 1]))  # of each step of contact and flight
-    angles = np.add.reduceat(turned[:end], begins)
-    flying = ~touched[begins]
-    angles[flying] = np.clip(angles[flying], -np.pi, np.pi)
     directions: tuple[tuple[Direction, float], ...] = (("backward", -1.0), ("forward", 1.0))
     for direction, sign in directions:
         turning, first, last = _most_turning(sign * angles)
@@ -284,6 +317,19 @@ def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
         if turning >= WHIRLS * np.pi and in_contact.sum() >= WHIRLS * 2.0 * np.pi:
             return direction, float(np.average(whirl[within], weights=in_contact))
     return "none", None
+
+
+def _turned(after: Signals, site: str, whirl: Array) -> tuple[Array, Indices]:
+    """Return the angles (rad) of whirl in each step of contact and in each flight, and the samples of their begin."""
+    touched = touches(after, site)
+    if not touched.any():
+        return np.empty(0), np.empty(0, np.intp)
+    end = np.flatnonzero(touched)[-1] + 1
+    begins = np.flatnonzero(touched[:end] | np.append(False, touched[: end - 1]))
+    angles = np.add.reduceat((whirl * _steps(after))[:end], begins)
+    flying = ~touched[begins]
+    angles[flying] = np.clip(angles[flying], -np.pi, np.pi)
+    return angles, begins
 
 
 def _most_turning(angles: Array) -> tuple[float, int, int]:
