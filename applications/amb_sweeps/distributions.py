@@ -108,11 +108,11 @@ def read_distribution(name: str, text: str, quantity: Callable[[str], Quantity |
     unit = next((unit for _, unit in (*numbers, *ends) if unit), "")
 
     def number(entry: Quantity, is_width: bool = False) -> float:
-        value, own = entry
-        if own in ("", unit):
+        value, stated = entry
+        if stated in ("", unit):
             return value
-        zero = to_unit(f"0 {own}", unit, name) if is_width else 0.0
-        return to_unit(f"{value!r} {own}", unit, name) - zero
+        zero = to_unit(f"0 {stated}", unit, name) if is_width else 0.0
+        return to_unit(f"{value!r} {stated}", unit, name) - zero
 
     values = [number(entry, (match[1], k) in _WIDTHS) for k, entry in enumerate(numbers)]
     if ratio is not None:
@@ -146,12 +146,12 @@ def read_values(name: str, path: Path, quantity: Callable[[str], Quantity | None
             continue
         entry = quantity(line)
         if entry is None or not math.isfinite(entry[0]):
-            raise ValueError(f"{name}: line {n} of {path} is {line.strip()[:40]!r}; each line must be one number")
+            raise ValueError(f"{name}: line {n} of {path} is {line.strip()[:40]!r}; each line must be a number")
         numbers.append(entry)
     if not numbers:
-        raise ValueError(f"{name}: {path} has no values; each line must be one number")
+        raise ValueError(f"{name}: {path} has no values; each line must be a number")
     unit = next((unit for _, unit in numbers if unit), "")
-    values = np.sort([v if own in ("", unit) else to_unit(f"{v!r} {own}", unit, name) for v, own in numbers])
+    values = np.sort([v if stated in ("", unit) else to_unit(f"{v!r} {stated}", unit, name) for v, stated in numbers])
     return Distribution(
         name, lambda shares: values[np.minimum((shares * len(values)).astype(int), len(values) - 1)], unit
     )

@@ -27,7 +27,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Interval:
-    """An estimate and its bounds; a bound is None if there are too few values for it."""
+    """An estimate and its bounds; a bound is None if it needs more values."""
 
     value: float
     low: float | None
@@ -37,12 +37,12 @@ class Interval:
 def probability(count: int, runs: int, undecided: int = 0, confidence: float = CONFIDENCE) -> Interval:
     """Return the probability of an outcome by (1); its value is the share of the decided runs.
 
-    If none or all of the runs have the outcome, the interval is one-sided.
+    If none or all of the runs have the outcome, the interval has a single bound.
 
     Raises
     ------
     ValueError
-        If there is no run, or the counts exceed the number of runs.
+        If no run has ended, or the counts exceed the number of runs.
     """
     from scipy.stats import binomtest
 

@@ -32,7 +32,7 @@ def landing_lines(design: SamplePlan, part: xr.Dataset) -> list[str]:
     """Return the answers of a sample of landings; none for grids, and for runs that do not lose their power.
 
     A landing whirls from 10 net backward turns on (`touchdown.landing_whirl`). Failed landings and those whose run ends
-    too early widen the interval of the probability. Quantiles are given apart for landings with and without whirl,
+    too early widen the interval of the probability. Quantiles are separate for landings with and without whirl,
     because a quantile of both would only show their proportion.
     """
     if design.method not in ("random", "lhs", "sobol") or "whirl_number" not in part:
@@ -56,7 +56,7 @@ def _probability(
     whirls: NDArray[np.bool_], undecided: NDArray[np.bool_], failed: NDArray[np.bool_], runs: int, design: SamplePlan
 ) -> str:
     count, open_, lost = (int(which.sum()) for which in (whirls, undecided, failed))
-    found = probability(count, runs, open_ + lost)
+    interval = probability(count, runs, open_ + lost)
     exact = (
         "" if design.method == "random" else f"; not exact, because the points of {design.method} are not independent"
     )
@@ -64,14 +64,16 @@ def _probability(
     beside = f"; {' and '.join(without)}, counted as either" if without else ""
     if open_ + lost > UNANSWERED * runs:
         beside += ", so the question is unanswered" + ("; --until lets the runs last longer" if open_ else "")
-    return f"whirl in {count} of {runs} landings: {_share(found)} ({100.0 * CONFIDENCE:g} % confidence{exact}){beside}"
+    return (
+        f"whirl in {count} of {runs} landings: {_share(interval)} ({100.0 * CONFIDENCE:g} % confidence{exact}){beside}"
+    )
 
 
-def _share(found: Interval) -> str:
-    low, high = 100.0 * (found.low or 0.0), 100.0 * (1.0 if found.high is None else found.high)
-    if found.value == 0.0 and low == 0.0:
+def _share(interval: Interval) -> str:
+    low, high = 100.0 * (interval.low or 0.0), 100.0 * (1.0 if interval.high is None else interval.high)
+    if interval.value == 0.0 and low == 0.0:
         return f"less than {high:.3g} %"
-    if found.value == 1.0 and high == 100.0:
+    if interval.value == 1.0 and high == 100.0:
         return f"more than {low:.3g} %"
     return f"{low:.3g} to {high:.3g} %"
 
@@ -85,13 +87,13 @@ def _quantiles(part: xr.Dataset, which: NDArray[np.bool_], kind: str) -> Iterato
             continue
         parts = []
         for order in ORDERS:
-            found = quantile(values, order)
+            interval = quantile(values, order)
             label = "median" if order == 0.5 else f"{100.0 * order:g} % below"
-            if found.low is None or found.high is None:
+            if interval.low is None or interval.high is None:
                 bounds = f"at least {runs_for_bounds(order)} landings needed for both bounds"
             else:
-                bounds = f"{text(found.low)} to {text(found.high)}"
-            parts.append(f"{label} {text(found.value)} ({bounds})")
+                bounds = f"{text(interval.low)} to {text(interval.high)}"
+            parts.append(f"{label} {text(interval.value)} ({bounds})")
         yield f"{words}, {len(values)} landings {kind}: {', '.join(parts)}"
 
 
@@ -102,9 +104,9 @@ def _drivers(part: xr.Dataset, whirls: NDArray[np.bool_], decided: NDArray[np.bo
     inputs = [name for name, values in part.coords.items() if values.dims == (SAMPLE,) and values.dtype.kind == "f"]
     if part["outcome"].dims != (SAMPLE,) or not inputs or len(set(whirls[decided])) < 2:
         return []
-    found = {str(name): spearmanr(part[name].values[decided], whirls[decided]) for name in inputs}
-    named = [name for name in found if found[name].pvalue < SIGNIFICANT]
-    named.sort(key=lambda name: -abs(found[name].statistic))
-    texts = [f"{name} {found[name].statistic:+.2f} (p = {found[name].pvalue:.2g})" for name in named]
+    correlations = {str(name): spearmanr(part[name].values[decided], whirls[decided]) for name in inputs}
+    named = [name for name in correlations if correlations[name].pvalue < SIGNIFICANT]
+    named.sort(key=lambda name: -abs(correlations[name].statistic))
+    texts = [f"{name} {correlations[name].statistic:+.2f} (p = {correlations[name].pvalue:.2g})" for name in named]
     tested = f"rank correlation of whirl, {len(inputs)} variables tested without correction"
     return [f"{tested}: {', '.join(texts) or f'none with p below {SIGNIFICANT:g}'}"]

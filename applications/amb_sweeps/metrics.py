@@ -104,8 +104,8 @@ def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
     return recovery or outcome.status, outcome.stopped or ""
 
 
-def _sum(one: float | None, other: float | None) -> float | None:
-    return None if one is None or other is None else one + other
+def _sum(first: float | None, second: float | None) -> float | None:
+    return None if first is None or second is None else first + second
 
 
 def _nan(value: float | None) -> float:

@@ -121,7 +121,7 @@ class SweepStore:
         return self.design.first(count) if count < len(self.design.axes[-1]) else None
 
     def _grow(self, fewer: SamplePlan) -> None:
-        """Replace the store by one with all points of the design, which has the results of the fewer points."""
+        """Replace the store by a store with all points of the design, with the results of the fewer points."""
         of_fewer = tuple(slice(length) for length in fewer.shape)
         for name, values in self._values.items():
             numeric = values.dtype.kind == "f"
