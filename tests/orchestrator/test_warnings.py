@@ -1,12 +1,17 @@
 """Warnings of a run, from outputs and logs of the FMUs to sentences, and that of its coupling."""
 
+import json
+from dataclasses import asdict
 from functools import partial
 
 import numpy as np
 import pytest
 
 from amb_cosim.cosim.fmu.fmu_interface import Port
-from amb_cosim.cosim.record.warnings import WarningRecord, of_component, sentences
+from amb_cosim.cosim.record.signals import Samples, SignalTable
+from amb_cosim.cosim.record.warnings import WarningRecord, of_component, sentences, share_of_time
+from amb_cosim.results.places import RotorPlaces
+from amb_cosim.results.power import with_power
 from amb_cosim.scenario.coupling import coupling_warning
 from tests.support.messages import assert_names
 
@@ -37,7 +42,45 @@ def test_a_warning_lasts_from_its_first_to_its_last_sample():
     (warned,) = warning_records([logged("mb1", 1.25)], mb1=[2.0, 3.0, 6.0], mb2=[])
     assert (warned.component, warned.variable) == ("actuator", "mb1.cut")
     assert warned.sentence == "the current is cut to 10 A"
-    assert (warned.first, warned.last, warned.share) == (1.25, 6.0, 3 / 8)
+    assert (warned.first, warned.last, warned.share) == (1.25, 6.0, 3 / 7)
+
+
+def test_a_warning_of_every_tenth_step_has_a_tenth_of_the_time():
+    """Of 500 steps of 0.1 ms from time 0, each tenth ends with a warning; the sample at time 0 ends an earlier step."""
+    times = 1e-4 * np.arange(-20, 501)
+    true = np.arange(-20, 501) % 10 == 0
+    (warned,) = of_component("actuator", {"mb1.cut": PORTS["mb1"]}, [], -2e-3, times, {"mb1.cut": true * 1.0})
+    assert warned.share == pytest.approx(0.1, rel=1e-12)
+
+
+def test_steps_count_by_their_duration():
+    """The last sample of a thinned record may follow sooner than the others: 1 s of 2.5 s."""
+    times, true = np.array([0.0, 1.0, 2.0, 2.5]), np.array([True, True, False, False])
+    assert share_of_time(times, true) == pytest.approx(0.4)
+    assert share_of_time(times, ~true) == pytest.approx(0.6)
+
+
+def test_without_a_step_after_time_0_a_warning_has_no_share():
+    (warned,) = of_component("actuator", {"mb1.cut": PORTS["mb1"]}, [], 0.0, np.zeros(1), {"mb1.cut": np.ones(1)})
+    assert (warned.first, warned.last, warned.share) == (0.0, 0.0, None)
+    assert sentences([warned]) == ["the current is cut to mb1.limit A (mb1.cut; at 0 s)"]
+
+
+def test_a_demand_at_its_limit_counts_only_with_power_and_after_time_0():
+    """Of ten steps from time 0, the demand is limited in the first three and without power from the third on."""
+    n = np.arange(-1, 11)
+    limited, off = (n <= 3).astype(float), (n >= 3).astype(float)
+    variables = {"rolac_controller.current_limited": limited} | {
+        f"amb_actuator.mb1.amplifier_off_{axis}": off for axis in "xy"
+    }
+    places = RotorPlaces({"mb1": ""}, (), magnetic=("mb1",))
+    signals = SignalTable(
+        {name: Samples(values, {}) for name, values in variables.items()},
+        {"time": Samples(0.1 * n, {}), "cycle": Samples(0.1 * n, {})},
+        {"places": json.dumps(asdict(places))},
+    )
+    (kept,) = with_power([WarningRecord("rolac_controller", "current_limited", "", "cut", -0.1, 0.3, 0.3)], signals)
+    assert kept.share == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize(
@@ -73,9 +116,9 @@ def test_a_warning_without_a_log_is_taken_from_the_samples():
     [
         ([None], [], "only before time 0, during settling"),
         ([-1.5], [], "only before time 0, during settling"),
-        ([-1.5], [1.0], "from before time 0 to 1 s, 12.5 % of the time"),
-        ([0.5], [1.0], "from 0.5 s to 1 s, 12.5 % of the time"),
-        ([1.0], [1.0], "at 1 s, 12.5 % of the time"),
+        ([-1.5], [1.0], "from before time 0 to 1 s, 14.3 % of the time"),
+        ([0.5], [1.0], "from 0.5 s to 1 s, 14.3 % of the time"),
+        ([1.0], [1.0], "at 1 s, 14.3 % of the time"),
     ],
 )
 def test_time_span_of_a_warning_includes_settling(log, samples, expected):
@@ -86,7 +129,7 @@ def test_time_span_of_a_warning_includes_settling(log, samples, expected):
 def test_equal_warnings_of_several_variables_are_one_line():
     warned = warning_records([logged("mb1", 1.0), logged("mb2", 3.0)], mb1=[1.0], mb2=[3.0, 4.0])
     assert len(warned) == 2
-    expected = "the current is cut to 10 A (mb1.cut, mb2.cut; from 1 s to 4 s, up to 25 % of the time)"
+    expected = "the current is cut to 10 A (mb1.cut, mb2.cut; from 1 s to 4 s, up to 28.6 % of the time)"
     assert sentences(warned) == [expected]
 
 
@@ -152,7 +195,7 @@ def test_a_run_has_the_warnings_of_each_component(tmp_path, run_python, flavour,
     assert saturated.first == pytest.approx(-10e-3), "from the initialisation on"
     if recorded == "*":
         assert clipped.last == pytest.approx(9e-3)
-        assert clipped.share == pytest.approx(4 / 21)
+        assert clipped.share == pytest.approx(4 / 20)
         assert saturated.share == 1.0
     else:
         assert (clipped.last, clipped.share) == (None, None)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.cosim.record.warnings import WarningRecord
+from amb_cosim.cosim.record.warnings import WarningRecord, share_of_time
 from amb_cosim.results.component_names import ACTUATOR, LIMITED
 from amb_cosim.results.places import places
 from amb_cosim.results.signal_arrays import cycles
@@ -65,4 +65,4 @@ def _while_powered(warned: WarningRecord, dataset: Signals) -> list[WarningRecor
     if not limited.any():
         return []
     first, last = times[limited][[0, -1]].tolist()
-    return [replace(warned, first=first, last=last, share=float(np.mean(limited)))]
+    return [replace(warned, first=first, last=last, share=share_of_time(times, limited))]

@@ -11,7 +11,7 @@ import numpy as np
 
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.record.signals import Signals
-from array_types import Array
+from array_types import Array, Bools
 
 ATTRIBUTE = "warnings"  # of a data set
 
@@ -35,7 +35,8 @@ class WarningRecord:
     first, last
         First and last time at which it was true (s); the first may be before time 0, during settling.
     share
-        Share of the time from 0 on for which it was true. `last` and `share` are None if the output was not recorded.
+        Share of the time from 0 on for which it was true (`share_of_time`), or None if no step follows. `last` and
+        `share` are None if the output was not recorded.
     sampled
         Whether `last` and `share` are those of a thinned record's samples, not of all steps.
     """
@@ -99,12 +100,29 @@ def _of_output(
     if logged is not None and samples is not None:
         during = {name: values[samples != 0.0] for name, values in recorded.items() if f"{{{name}}}" in port.warning}
         sentence = _with_ranges(port.warning, sentence, during)
-    after = times >= 0.0
     last, share = None, None
-    if samples is not None and after.any():
+    if samples is not None and (times >= 0.0).any():
         last = float(max(true_times[-1], first)) if len(true_times) else first
-        share = float(np.mean(samples[after] != 0.0))
+        share = share_of_time(times, samples != 0.0)
     return WarningRecord(component, port.name, _kind(port), sentence, first, last, share)
+
+
+def share_of_time(times: Array, true: Bools) -> float | None:
+    """Return the share of the time from 0 on for which an output was true; None if no step follows time 0.
+
+        share = sum of h_k over the steps with a true sample / sum of h_k,    h_k = t_k - t_(k-1)
+
+    An output describes the step that ends at its sample, so that the sample at time 0 describes a step before it.
+
+    Parameters
+    ----------
+    times
+        Times of the samples (s), shape (n,).
+    true
+        Whether the output was true, shape (n,).
+    """
+    steps = np.where(times > 0.0, np.diff(times, prepend=np.minimum(times[:1], 0.0)), 0.0)
+    return float(steps @ true / steps.sum()) if steps.any() else None
 
 
 def _with_ranges(declared: str, sentence: str, during: Mapping[str, Array]) -> str:
@@ -165,11 +183,14 @@ def _when(alike: Sequence[WarningRecord]) -> str:
     begin = "before time 0" if first < 0.0 else f"{first:.4g} s"
     if last is None:
         return f"; first at {begin}" if first >= 0.0 else f"; first {begin}"
-    share = max(warned.share for warned in alike if warned.share is not None)
-    most = "up to " if len(alike) > 1 else ""
-    end, total = f"{last:.4g} s", "samples" if any(warned.sampled for warned in alike) else "time"
-    return f"; {f'at {end}' if begin == end else f'from {begin} to {end}'}, {most}{_percent(share)} of the {total}"
+    end = f"{last:.4g} s"
+    span = f"; at {end}" if begin == end else f"; from {begin} to {end}"
+    shares = [warned.share for warned in alike if warned.share is not None]
+    if not shares:
+        return span
+    total = "samples" if any(warned.sampled for warned in alike) else "time"
+    return f"{span}, {_percent(max(shares), 'up to ' if len(alike) > 1 else '')} of the {total}"
 
 
-def _percent(share: float) -> str:
-    return "less than 0.1 %" if share < 1e-3 else f"{100.0 * share:.3g} %"
+def _percent(share: float, most: str) -> str:
+    return "less than 0.1 %" if share < 1e-3 else f"{most}{100.0 * share:.3g} %"
