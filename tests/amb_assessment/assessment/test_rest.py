@@ -10,6 +10,8 @@ from scipy.integrate import solve_ivp
 from amb_assessment.assessment.analyses import rest
 from amb_assessment.assessment.analyses.rest import Outlook
 from amb_assessment.assessment.engine.assess import assess
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.physics.coast_down import coast_down, temperatures
 
 TIMES = np.linspace(0.0, 1.0, 201)
@@ -48,6 +50,20 @@ def test_gas_and_friction_share_the_energy_of_the_spin():
     at_end, of_gas = result.sol(1.0)
     assert on.time == pytest.approx(result.t[-1], rel=1e-6)
     assert on.heat == pytest.approx(0.5 * J * at_end**2 - (result.y[1, -1] - of_gas), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_displacement_of_a_thinned_landing_is_drawn_over_the_time_of_its_steps(monkeypatch):
+    """The record of a long run is thinned, but displacements remain at every step; both curves end with the run."""
+    monkeypatch.setattr(rest, "FIRST", 0.05)
+    monkeypatch.setattr(rest, "LONGEST", 0.05)
+    monkeypatch.setattr(rest, "RECORDS", 100)
+    monkeypatch.setattr(rest, "_convergence", lambda *_: [])
+    displacement, speed = rest.result_of(assessed_machine_of(load_machine(EXPANDER))).panels
+    assert len(speed.curves[0].x) < 120
+    for curve in displacement.curves:
+        assert len(curve.x) == len(curve.y) > 150
+        assert curve.x[-1] == pytest.approx(speed.curves[0].x[-1])
 
 
 def landed(transfer, *, races=(2400.0, 1200.0), slope=0.25):

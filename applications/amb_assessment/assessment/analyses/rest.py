@@ -19,6 +19,7 @@ from amb_assessment.assessment.physics.runs import (
     end_of,
     longest,
     simulate,
+    times_of,
     upright,
     without_power,
     worst_inputs,
@@ -89,7 +90,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     )
     after_start = times >= 0.0
     curves = tuple(
-        curve(site, times[after_start], 100.0 * shares) for site, shares in clearance_used(subject, fallen).items()
+        curve(site, times_of(fallen), 100.0 * shares) for site, shares in clearance_used(subject, fallen).items()
     )
     panels = (
         Panel("Displacement over clearance without power", "time (s)", "%", curves),
