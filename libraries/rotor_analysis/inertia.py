@@ -2,7 +2,8 @@
 
     M phi = mu (K + s M) phi,   omega^2 = 1/mu - s                                                (1)
 
-Motion without inertia has mu = 0. It follows the other coordinates statically, so it is not a mode.
+Motion without inertia has mu = 0. It follows the other coordinates statically, so it is not a mode. With s > 0 a motion
+without stiffness has mu = 1/s, so that a rotor that cannot bend has finite mu, too.
 """
 
 from __future__ import annotations
@@ -12,12 +13,13 @@ import numpy as np
 from array_types import Array, Bools
 
 MASSLESS = 1e-15  # mu over the largest mu: rounding of 0
+SHIFT = 1e4  # rad^2/s^2, far below the squared frequencies of elements
 DEPENDENT = 1e-13  # least eigenvalue of a mass matrix with diagonal 1: rounding of 0
 
 
 def lacks_inertia(M: Array, K: Array) -> bool:
     """Return whether a model with mass M and stiffness K has a motion without inertia, within rounding error."""
-    mu = np.diag(M) / np.diag(K)
+    mu = np.diag(M) / np.diag(K + SHIFT * M)
     if np.min(mu, initial=np.inf) <= MASSLESS * np.max(mu, initial=0.0):
         return True
     scale = np.sqrt(np.diag(M))
@@ -30,8 +32,8 @@ def inertial(mu: Array) -> Bools:
 
 
 def inertias(M: Array, K: Array) -> int:
-    """Return the number of independent motions that have inertia: the rank of M, scaled by the diagonal of K."""
-    scale = np.sqrt(np.diag(K))
+    """Return the number of independent motions that have inertia: the rank of M, scaled by the diagonal of K + s M."""
+    scale = np.sqrt(np.diag(K + SHIFT * M))
     return int(np.count_nonzero(inertial(np.linalg.eigvalsh(M / np.outer(scale, scale)))))
 
 

@@ -8,6 +8,7 @@ from amb_cosim.model_constants.plant_data import plant
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import Damping, free_modes
 from rotor_analysis.harmonic import harmonic_model
+from rotor_analysis.inertia import inertias, lacks_inertia
 from rotor_analysis.modes import modes
 from rotor_analysis.parts import Bearing, Body, Disc
 from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, valid_to
@@ -94,3 +95,15 @@ def test_rotor_without_any_mass_is_refused():
     table = {"nodes": [0.0, 1.0], "diameter": 0.1, "youngs_modulus": 2e11, "density": 0.0, "poissons_ratio": 0.3}
     with raises_naming(ValueError, "mass", "0 kg", "> 0 kg"):
         rotor_from({"name": "nothing", "shaft": table}, "rotor file")
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_motion_without_stiffness_has_inertia():
+    """A rigid rotor, in the coordinates of two places, has mass and no stiffness; a massless place has no inertia."""
+    M, none = np.array([[2.0, 0.5], [0.5, 2.0]]), np.zeros((2, 2))
+    assert not lacks_inertia(M, none)
+    assert inertias(M, none) == 2
+    assert [len(part) for part in free_modes(M, none)] == [0, 2]
+    spring = 1e6 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    assert lacks_inertia(np.diag([2.0, 0.0]), spring)
+    assert inertias(np.diag([2.0, 0.0]), spring) == 1

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from instances import initialised
 from machines import SITES, held, machine
-from rotor_cases import run
+from rotor_cases import H, run
 
 from amb_cosim.model_constants.plant_data import plant, plant_structure
-from rotor_analysis.parts import Bearing
+from rotor_analysis.parts import Bearing, Site
+from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
 
@@ -68,6 +69,42 @@ def test_default_substep_resolves_the_fastest_mode():
     shortest = plant(machine(reduction=ReductionOptions(method="none")))[0].interface["solver.max_substep"].start
     assert shortest < 25e-6
     assert plant(load_rotor())[0].interface["solver.max_substep"].start == 250e-6
+
+
+RIGID = ReductionOptions("free_modes", modes=0, accuracy=0.99)
+IN_BEARINGS = {
+    "bearings": (Bearing("mb1", 2), Bearing("mb2", 24)),
+    "sites": (Site("rb1", 2, 0.2e-3, bearing="mb1"), Site("rb2", 24, 0.2e-3, bearing="mb2")),
+}
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("bearings", [2, 1])
+def test_a_rotor_that_does_not_bend_moves_as_a_rigid_body(bearings):
+    """x(z) = F t^2/2 (1/m + (z - c) (z_F - c)/I_t): translation and tilt about the centre of mass at c."""
+    of_bearings = {name: parts[:bearings] for name, parts in IN_BEARINGS.items()}
+    rotor = machine(reduction=RIGID, **of_bearings)
+    rotor = replace(rotor, shaft=replace(rotor.shaft, mass_matrix="consistent"))
+    body, z = rigid_body(rotor), np.array([rotor.shaft.nodes[part.node - 1] for part in rotor.sensors])
+    structure, planes = plant_structure(rotor)
+    assert len(structure.K) == 4
+    assert planes.max_substep == 250e-6
+    x = initialised(*plant(rotor), held(bearings, 0.0, 0.0) | {"mb1.f_x": 10.0, "Omega": 0.0})
+    moved = run(x, 40, [f"{part.name}.x" for part in rotor.sensors])
+    force_at = rotor.shaft.nodes[1] - body.centre
+    expected = 0.5 * 10.0 * (40 * H) ** 2 * (1.0 / body.mass + (z - body.centre) * force_at / body.diametral_inertia)
+    np.testing.assert_allclose(moved[-1], expected, rtol=1e-9)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("modes", [0, 1])
+def test_a_rotor_that_hardly_bends_keeps_the_energy_balance_in_contact(modes):
+    rotor = machine(reduction=replace(RIGID, modes=modes), **IN_BEARINGS)
+    x = initialised(*plant(rotor), held(2) | {"impeller1.f_x": 4e3, "impeller9.f_y": -4e3, "Omega": 150.0})
+    closed = run(x, 200, ["rb1.mode", "rb2.mode", "energy.balance", "energy.work"])
+    assert np.all(np.any(closed[:, :2] > 0.0, axis=0))
+    assert closed[-1, 3] > 1.0
+    assert np.max(np.abs(closed[:, 2])) < 5e-6 * np.max(np.abs(closed[:, 3]))
 
 
 def test_a_rotor_on_a_single_bearing_without_site_or_disc_runs():

@@ -162,7 +162,7 @@ def plant_structure(
         seals=seals,
         faces=np.concatenate([places.view(np.float64), face_rows.ravel()]),
     )
-    max_substep = float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure)))
+    max_substep = RESOLUTION / max(_fastest(structure), RESOLUTION / MAX_SUBSTEP)  # a rigid rotor has no fast mode
     planes = replace(
         _planes(rotor, sites),
         max_substep=max_substep,
