@@ -52,6 +52,55 @@ def test_current_before_cycle_0_and_without_power_does_not_count(synthetic):
     assert list(magnet_use_rows(dataset)) == []
 
 
+def with_coils(dataset, axis, upper, lower):
+    """Currents (A) of the coil pairs of an axis with a bias of 3 A, 1 A of load and at most 10 A."""
+    bearing, direction = axis.split(".")
+    dataset[f"amb_actuator.{bearing}.i_upper_{direction}"] = ("time", upper)
+    dataset[f"amb_actuator.{bearing}.i_lower_{direction}"] = ("time", lower)
+    values = {"bias_current": 3.0, "static_current": 1.0, "current_limit": 10.0}
+    return with_parameters(dataset, amb_actuator={f"{bearing}.{name}_{direction}": v for name, v in values.items()})
+
+
+def test_the_current_that_flows_and_the_demand_have_a_row_each(synthetic):
+    """i = (6 A - 1 A - 1 A)/2 = 2 A flow of 3 A that the lower coils can lose, while 3 A are demanded."""
+    n = synthetic().sizes["time"]
+    dataset = with_coils(with_current(synthetic(), "mb1.x", np.full(n, 3.0)), "mb1.x", np.full(n, 6.0), np.full(n, 1.0))
+    flowing, demanded = magnet_use_rows(dataset)
+    assert flowing[0] == "largest control current"
+    assert_names(flowing[1], "66.7 %", "2 A of 3 A")
+    assert demanded[0] == "largest demanded current"
+    assert_names(demanded[1], "100 %", "3 A of 3 A")
+    (row,) = magnet_use_rows(with_coils(dataset, "mb1.x", np.full(n, 6.99), np.full(n, 0.01)))
+    assert_names(row[1], "99.7 %", "2.99 A of 3 A")
+
+
+def test_a_demand_whose_effect_was_not_recorded_is_called_a_demand(synthetic):
+    (row,) = magnet_use_rows(with_current(synthetic(), "mb1.x", np.full(synthetic().sizes["time"], 3.0)))
+    assert row[0] == "largest demanded current"
+
+
+@pytest.mark.parametrize(("lost", "upper", "lower"), [("upper", 0.0, 1.0), ("lower", 6.0, 0.0)])
+def test_a_coil_pair_without_turns_does_not_count(synthetic, lost, upper, lower):
+    """The other pair carries 2 A more than at the operating point, 4 A above and 3 A below."""
+    n = synthetic().sizes["time"]
+    dataset = with_coils(
+        with_current(synthetic(), "mb1.x", np.full(n, 2.0)), "mb1.x", np.full(n, upper), np.full(n, lower)
+    )
+    dataset[f"amb_actuator.mb1.coil_loss_{lost}_x"] = ("time", np.ones(n))
+    (row,) = magnet_use_rows(dataset)
+    assert_names(row[1], "66.7 %", "2 A of 3 A")
+
+
+def test_permanent_magnets_reduce_the_current_of_both_coil_pairs(synthetic):
+    """With 2 A from magnets the coils carry 2 A and 1 A at the operating point."""
+    n = synthetic().sizes["time"]
+    dataset = with_current(synthetic(), "mb1.x", np.full(n, 1.0))
+    dataset = with_coils(dataset, "mb1.x", np.full(n, 3.0), np.full(n, 0.0))
+    dataset = with_parameters(dataset, amb_actuator={"mb1.permanent_bias_x": 2.0})
+    (row,) = magnet_use_rows(dataset)
+    assert_names(row[1], "33.3 %", "1 A of 3 A")
+
+
 def test_coils_limit_a_current_more_than_the_controller(synthetic):
     """Bias 3 A, 1 A of load, at most 5 A: the loaded pair has 1 A left, and can lose 4 A; its opposite 3 A and 2 A."""
     coils = {"mb1.bias_current_x": 3.0, "mb1.static_current_x": 1.0, "mb1.current_limit_x": 5.0}

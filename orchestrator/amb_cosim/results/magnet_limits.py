@@ -28,10 +28,37 @@ def amplifier_off(dataset: Signals, axis: str) -> Bools:
     return np.zeros(dataset.sizes["time"], bool) if off is None else np.asarray(off, bool)
 
 
-def flowing_current(dataset: Signals, axis: str) -> Array | None:
-    """Return the control current (A) of an axis; it is NaN while its amplifier is off and the demand has no effect."""
+def demanded_current(dataset: Signals, axis: str) -> Array | None:
+    """Return the demanded control current (A) of an axis; it is NaN while its amplifier is off and has no effect."""
     demand = control_current(dataset, axis)
     return None if demand is None else np.where(amplifier_off(dataset, axis), np.nan, demand)
+
+
+def flowing_current(dataset: Signals, axis: str) -> Array | None:
+    """Return the control current (A) that flows in the coils of an axis; None if their currents were not recorded.
+
+        i = (i_upper - i_lower - I_s)/2,    i_upper = I_s + I_b - I_m + i,   i_lower = I_b - I_m - i
+
+    The currents of healthy coil pairs have this i in common, and the bias I_b and the permanent magnets I_m cancel. A
+    pair that has lost all its turns carries no current, so that i follows from the other pair. i is NaN while the
+    amplifier is off, because the currents then decay without a demand.
+    """
+    p = magnet_parameters(dataset, axis)
+    upper, lower = (_recorded(dataset, axis, f"{ACTUATOR}.{{}}.i_{pair}_{{}}") for pair in ("upper", "lower"))
+    if upper is None or lower is None or not {"bias_current", "static_current"} <= p.keys():
+        return None
+    bias, static = p["bias_current"] - p.get("permanent_bias", 0.0), p["static_current"]
+    above, below = upper - static - bias, bias - lower
+    current = np.select(
+        [_lost(dataset, axis, "upper"), _lost(dataset, axis, "lower")], [below, above], 0.5 * (above + below)
+    )
+    return np.where(amplifier_off(dataset, axis), np.nan, current)
+
+
+def _lost(dataset: Signals, axis: str, pair: str) -> Bools:
+    """Return the samples at which a coil pair of an axis has lost all its turns."""
+    loss = _recorded(dataset, axis, f"{ACTUATOR}.{{}}.coil_loss_{pair}_{{}}")
+    return np.zeros(dataset.sizes["time"], bool) if loss is None else loss >= 1.0
 
 
 def magnet_force(dataset: Signals, axis: str) -> Array | None:

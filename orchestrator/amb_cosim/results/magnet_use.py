@@ -15,6 +15,7 @@ from amb_cosim.results.magnet_limits import (
     amplifier_off,
     coil_limits,
     current_limits,
+    demanded_current,
     flowing_current,
     force_limits,
     magnet_force,
@@ -23,6 +24,8 @@ from amb_cosim.results.magnet_limits import (
 from amb_cosim.results.places import places
 from amb_cosim.results.signal_arrays import cycles
 from array_types import Array
+
+DIFFERS = 0.01  # of the limit, by which a demanded current differs from the one that flows
 
 
 class Use(NamedTuple):
@@ -35,11 +38,17 @@ class Use(NamedTuple):
 
 
 def magnet_use_rows(dataset: Signals) -> Iterator[tuple[str, str]]:
-    """Yield labels and texts for the largest current and force over all energised axes, from cycle 0 on."""
-    current = largest_use(dataset, flowing_current, allowed_currents)
-    if current is not None:
-        value, limit = f"{abs(current.value):.3g}", f"{abs(current.limit):.3g}"
-        yield "largest control current", f"{_percent(current)} of its limit at {current.axis}: {value} A of {limit} A"
+    """Yield labels and texts for the largest currents and force over all energised axes, from cycle 0 on.
+
+    The control current is the one that flows. The demanded one has its own row if its share of the limit differs by
+    more than `DIFFERS`, because an amplifier that is slow or at its voltage limit does not follow its demand. It also
+    has one if the currents of the coils were not recorded.
+    """
+    flowing, demanded = (largest_use(dataset, of, allowed_currents) for of in (flowing_current, demanded_current))
+    if flowing is not None:
+        yield "largest control current", _current_text(flowing)
+    if demanded is not None and (flowing is None or abs(demanded.share - flowing.share) > DIFFERS):
+        yield "largest demanded current", _current_text(demanded)
     force = largest_use(dataset, powered_force, force_limits)
     if force is not None:
         value, limit = (force_unit(abs(of)).text(abs(of), 3) for of in (force.value, force.limit))
@@ -84,6 +93,10 @@ def powered_force(dataset: Signals, axis: str) -> Array | None:
     """Return the force (N) of an axis at each sample, NaN while its amplifier is off; None if not recorded."""
     force = magnet_force(dataset, axis)
     return None if force is None else np.where(amplifier_off(dataset, axis), np.nan, force)
+
+
+def _current_text(use: Use) -> str:
+    return f"{_percent(use)} of its limit at {use.axis}: {abs(use.value):.3g} A of {abs(use.limit):.3g} A"
 
 
 def _percent(use: Use) -> str:

@@ -76,8 +76,8 @@ def test_time_in_contact(record):
 
 
 def uses(record):
-    """The largest share of a limit, its value and limit: of a control current, and of a force of a centred rotor."""
-    p, currents, forces = record.parameters.get("amb_actuator", {}), [], []
+    """The largest share of a limit, its value and limit: of a current that flows, of a demand, and of a force."""
+    p, currents, demands, forces = record.parameters.get("amb_actuator", {}), [], [], []
     of_law = record.parameters.get("rolac_controller", {})
     for magnet in record.places["magnetic"]:
         for axis in "xy" if f"{magnet}.turns_x" in p else "z":
@@ -85,10 +85,10 @@ def uses(record):
                 "turns", "pole_area", "gap", "half_angle", "bias_current", "static_current", "current_limit", "b_sat"
             )}  # fmt: skip
             on = record.signals.get(f"amb_actuator.{magnet}.amplifier_off_{axis}", np.zeros(len(record.t))) == 0.0
-            i, f = (
-                record.signals[f"rolac_controller.{magnet}.i_{axis}"],
-                record.signals[f"amb_actuator.{magnet}.f_{axis}"],
-            )
+            upper, lower = (record.signals[f"amb_actuator.{magnet}.i_{pair}_{axis}"] for pair in ("upper", "lower"))
+            i = 0.5 * (upper - lower - of["static_current"])
+            demand = record.signals[f"rolac_controller.{magnet}.i_{axis}"]
+            f = record.signals[f"amb_actuator.{magnet}.f_{axis}"]
             above, below, most = of["static_current"] + of["bias_current"], of["bias_current"], of["current_limit"]
             lowest, highest = max(-above, below - most), min(most - above, below)
             if f"{magnet}.i_min_{axis}" in of_law:
@@ -100,21 +100,25 @@ def uses(record):
             static = 0.0 if p["total_force"] else area * per_ampere**2 * (above**2 - below**2)
             for values, low, high, found in (
                 (i, lowest, highest, currents),
+                (demand, lowest, highest, demands),
                 (f, -area * flux**2 - static, area * flux**2 - static, forces),
             ):
                 for value in values[on & record.after]:
                     found.append(
                         (value / (high if value > 0.0 else low), abs(value), abs(high if value > 0.0 else low))
                     )
-    return [max(found, default=None) for found in (currents, forces)]
+    return [max(found, default=None) for found in (currents, demands, forces)]
 
 
 def test_largest_current_and_force_of_the_magnets_as_shares_of_their_limits(record):
-    rows = printed(record)
-    for label, use in zip(("largest control current", "largest magnet force"), uses(record), strict=True):
+    rows, (current, demand, force) = printed(record), uses(record)
+    for label, use in (("largest control current", current), ("largest magnet force", force)):
         assert (label in rows) == (use is not None), label
         if use is not None:
             assert numbers(rows[label]) == pytest.approx(use, rel=DIGITS), label
+    assert ("largest demanded current" in rows) == (demand is not None and abs(demand[0] - current[0]) > 0.01)
+    if "largest demanded current" in rows:
+        assert numbers(rows["largest demanded current"]) == pytest.approx(demand, rel=DIGITS)
 
 
 def test_heat_and_temperature_of_a_landing(record):

@@ -20,7 +20,7 @@ from amb_cosim.results.magnet_limits import (
     Limits,
     amplifier_off,
     current_limits,
-    flowing_current,
+    demanded_current,
     force_limits,
     is_magnetic,
     magnet_force,
@@ -59,7 +59,7 @@ def magnets(dataset: Signals) -> Figure:
     force = "force" if parameters(dataset, ACTUATOR).get("total_force") else "force beyond the static load"
     for row, bearing in zip(panels, axes, strict=True):
         for panel, what, of, limits, size, label in (
-            (row[0], "demanded control current", flowing_current, current_limits, 1.0, "A"),
+            (row[0], "demanded control current", demanded_current, current_limits, 1.0, "A"),
             (row[1], force, magnet_force, force_limits, unit.size, unit.label),
         ):
             values = {axis: of(dataset, f"{bearing}.{axis}") for axis in axes[bearing]}
@@ -69,7 +69,7 @@ def magnets(dataset: Signals) -> Figure:
             bounds = [limits(dataset, f"{bearing}.{axis}") for axis in axes[bearing]]
             _draw_limits(panel, [b for b in bounds if b is not None], values.values(), size, label)
             panel.set_ylabel(f"{'force' if of is magnet_force else 'current'} ({label})")
-            if of is flowing_current:
+            if of is demanded_current:
                 _shade(panel, dataset, bearing, axes[bearing])
             title = f"{name_label(bearing)}: {what}"
             panel.set_title(title, loc="left", pad=title_padding(dataset, bearing == next(iter(axes))))
