@@ -65,7 +65,7 @@ def _axis(b: str, a: str) -> list[Variable]:
         gain("c_b", "N.s/m", "Damping of the controlled bearing {}", 5e3, minimum=0.0),
         gain("k_integral", "N/(m.s)", "Gain of the integral of the displacement error {}", 0.0, minimum=0.0),
         gain("k_s", "N/m", "Negative stiffness of the bearing {}, which the PID compensates", BEARING_K_S),
-        gain("k_i", "N/A", "Current stiffness of the bearing {}", BEARING_K_I, minimum=1.0),
+        gain("k_i", "N/A", "Current stiffness of the bearing {}", BEARING_K_I, minimum=1e-6),
         gain("i_min", "A", "Lower limit of the control current {}", -5.57, maximum=0.0),
         gain("i_max", "A", "Upper limit of the control current {}", 4.43, minimum=0.0),
         gain("k_p", "N/m", "Proportional gain {}, used with pid.direct", 2.7e6),

@@ -6,6 +6,7 @@ from amb_analysis.studies.receptance_measurement import force_amplitude, prepare
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
+from tests.support.messages import raises_naming
 
 SCALE = "identification.force_scale"
 
@@ -54,3 +55,19 @@ def test_measured_magnets_scale_by_their_current_stiffness():
 def test_a_stated_scale_is_kept():
     stated = {f"rolac_controller.{SCALE}": 0.5}
     assert scale_of("compressor_levitated", **stated) == 0.5
+
+
+def test_a_small_magnet_has_its_own_current_stiffness_in_the_controller():
+    """K_i = 0.5 N/A of each axis, 1/1000 of the rig's, which the controller took for its start value of 563 N/A."""
+    small = {"amb_actuator.force_law": "measured", "amb_actuator.*.k_i_measured_?": "0.5 N/A"}
+    own = prepare_run(load_scenario("fig4_9"), small).parameters["rolac_controller"]
+    assert {own[f"{bearing}.k_i_{axis}"] for bearing in ("mb1", "mb2") for axis in "xy"} == {0.5}
+
+
+def test_a_current_stiffness_that_the_controller_does_not_allow_is_refused():
+    """A force against the current; with a constant that the user states for the controller, the run is allowed."""
+    reversed_magnets = {"amb_actuator.force_law": "measured", "amb_actuator.*.k_i_measured_?": -5.0}
+    with raises_naming(ValueError, "rolac_controller.mb1.k_i_x", "-5 N/A", ">= 1e-06 N/A"):
+        prepare_run(load_scenario("fig4_9"), reversed_magnets)
+    stated = reversed_magnets | {"rolac_controller.*.k_i_?": 5.0}
+    assert prepare_run(load_scenario("fig4_9"), stated).parameters["rolac_controller"]["mb1.k_i_x"] == 5.0

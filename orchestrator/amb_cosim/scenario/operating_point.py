@@ -63,7 +63,7 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
         assumed = {f"{CONTROLLER}.{bearing}.{name}_{axis}": k for name, k in zip(("k_s", "k_i"), slopes, strict=True)}
         currents = {"i_min": low, "i_max": high}
         for name, value in (assumed | {f"{CONTROLLER}.{bearing}.{n}_{axis}": i for n, i in currents.items()}).items():
-            _set_if_allowed(missing, name, value)
+            _set_assumption(missing, name, value)
         geometry = {f"{ACTUATOR}.{bearing}.{name}_{axis}" for name in GEOMETRY}
         constants = {f"{ACTUATOR}.{bearing}.{name}_{axis}": k for name, k in zip(MEASURED, slopes, strict=True)}
         if measured and geometry & {*missing.stated} and not constants.keys() & {*missing.stated}:
@@ -103,7 +103,7 @@ def set_test_force(missing: MissingParameters) -> None:
             return
         shares.append(largest / of_start)
     if shares and not 1.0 / LARGEST_RATIO <= min(shares) <= LARGEST_RATIO:
-        _set_if_allowed(missing, TEST_FORCE, min(shares))
+        _set_assumption(missing, TEST_FORCE, min(shares))
 
 
 def _test_range(of_axis: Mapping[str, float], *, measured: bool) -> float:
@@ -148,13 +148,24 @@ def _slopes(bearing: str, axis: str, of_axis: Mapping[str, float], law: int) -> 
     return operating_constants(axis_parameters(bearing, axis, **of_axis), law)
 
 
-def _set_if_allowed(missing: MissingParameters, name: str, value: float) -> None:
-    """Set a parameter unless the user has set it, or the controller lacks it, refuses the value or already has it."""
+def _set_assumption(missing: MissingParameters, name: str, value: float) -> None:
+    """Set a parameter of the controller unless the user has set it, the controller lacks it or already has the value.
+
+    Raises
+    ------
+    ValueError
+        If the controller does not allow the value; any other value would be an assumption about another magnet.
+    """
     port = missing.values.interfaces[CONTROLLER].ports.get(name.removeprefix(f"{CONTROLLER}."))
-    if port is None or math.isclose(missing.values.parameter(name), value):
+    if port is None or name in missing.stated or math.isclose(missing.values.parameter(name), value):
         return
-    if port.minimum <= value <= port.maximum:
-        missing.set(name, value)
+    if not port.minimum <= value <= port.maximum:
+        unit = port.display_unit
+        raise ValueError(
+            f"{name} = {value:.4g}{unit}, which follows from the magnets, is not allowed; the controller requires "
+            f"{port.allowed()}: change the magnets in {ACTUATOR}, or set {name}"
+        )
+    missing.set(name, value)
 
 
 def _difference(values: Assignments, name: str, of_magnet: float) -> str:

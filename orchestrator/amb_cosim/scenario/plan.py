@@ -283,7 +283,8 @@ def _judged(assembly: Assembly, profiles: Sequence[Profile]) -> dict[str, OverSt
     if PLANT in assembly.interfaces:  # also sensors, gaps and housings
         of_plant += [port.name for port in assembly.interfaces[PLANT].of("output") if port.unit == "m"]
     result: dict[str, OverStep | None] = {f"{PLANT}.{at}.temperature": "largest" for at in places.contacts}
-    of_magnets = (f"{CONTROLLER}.*.i_?", f"{ACTUATOR}.*.f_?", CONTROL_ACTS, *judged_by_stability())
+    of_coils = (f"{ACTUATOR}.*.{name}_?" for name in ("f", "i_upper", "i_lower", "coil_loss_upper", "coil_loss_lower"))
+    of_magnets = (f"{CONTROLLER}.*.i_?", *of_coils, CONTROL_ACTS, *judged_by_stability())
     varying = (*excitations(assembly.system), *(profile.variable for profile in profiles))
     return result | dict.fromkeys((*(f"{PLANT}.{name}" for name in of_plant), *of_magnets, *varying))
 
