@@ -29,6 +29,7 @@ OF_RETAINERS = {  # zero if a retainer has a fixed housing, or a race that does 
 }
 OF_LAWS = {"contact stiffness": ("k_c",), "contact damping": ("c_c", "alpha_c", "eta")}  # compliant laws
 DECISIVE = ("friction", "restitution", "phase")  # an outcome with contact is not robust if one of them is not varied
+WITHOUT_EFFECT = "no contact law of the run uses it"  # why a quantity that cannot change the outcome is not varied
 LANDING = 0.2, 0.1  # fraction of friction, and change of restitution, of a landing
 
 
@@ -123,7 +124,7 @@ def _restitutions(plan: ScenarioPlan, change: float) -> tuple[list[Variation], s
         if place != name and (place not in laws or (laws[place] == CONSTRAINT and rebounds)):
             values[name] = value
     if not values or not change:
-        return [], "its change is 0" if values else "no contact law of the run uses it"
+        return [], "its change is 0" if values else WITHOUT_EFFECT
     ports = plan.interfaces[PLANT].ports
     made = []
     for sign, step in (("+", change), ("-", -change)):

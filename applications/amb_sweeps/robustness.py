@@ -29,7 +29,7 @@ from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
 from amb_files.plain_values import plain_values
-from amb_sweeps.contact_variations import DECISIVE, Tolerances, contact_variations
+from amb_sweeps.contact_variations import DECISIVE, WITHOUT_EFFECT, Tolerances, contact_variations
 from amb_sweeps.event_phases import undetected_share, with_labels
 from amb_sweeps.variations import Variation, identification_speeds, variations
 from amb_sweeps.worker import PointResult, Runner, Task
@@ -113,8 +113,8 @@ class Robustness(WarnedResult, DrawnResult):
 
     @property
     def untested(self) -> list[str]:
-        """Quantities that decide a contact and were not varied; empty for a scenario without contact."""
-        return [name for name in DECISIVE if name in self.not_varied]
+        """Quantities that may decide a contact and were not varied; empty for a scenario without contact."""
+        return [name for name in DECISIVE if self.not_varied.get(name, WITHOUT_EFFECT) != WITHOUT_EFFECT]
 
     @property
     def verdict(self) -> str:

@@ -119,8 +119,11 @@ def test_what_a_contact_does_not_use_is_named():
     assert "contact stiffness + 1 %" in settings
     assert not any(name.endswith(".time") for values in settings.values() for name in values)
     assert settings["friction + 0.01"]["rotor_contact.rb1.mu"] == 0.01, "without friction, it changes by an amount"
+    rows = (row("as it is", "recovered"), row("K_b + 1 %", "recovered"))
+    assert Robustness("mine", 0.01, rows, dict(found.left_out)).verdict == "robust", "restitution has no effect here"
     unchanged = contact_of(load_scenario("drop"), Tolerances(0.01, friction=0.0, restitution=0.0, phases=1))[2]
     assert set(unchanged.left_out) == {"friction", "restitution", "phase"}
+    assert Robustness("mine", 0.01, rows, dict(unchanged.left_out)).untested == ["friction", "restitution", "phase"]
 
 
 def test_share_of_phases_that_a_number_of_equal_outcomes_leaves_open():
