@@ -41,7 +41,9 @@ SCENARIOS = (
     "compressor_touchdown",
     "compressor_levitated_touchdown",
 )
-HEADING = "| scenario | site | peak (N) | averaged over 1 ms (N) | largest impulse (N s) |\n" + "| --- " * 5 + "|\n"
+HEADING = (
+    "| scenario | site | between impacts (N) | contact force (N) | largest impulse (N s) |\n" + "| --- " * 5 + "|\n"
+)
 ROW = re.compile(r"^\| `(\w+)` \| (\w+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", re.MULTILINE)
 
 Forces = dict[str, tuple[float, float, float]]

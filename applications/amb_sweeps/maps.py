@@ -34,8 +34,8 @@ SPREAD = 100.0  # ratio of largest to smallest positive value above which colour
 DRAWN = ("contact_share", "averaged_contact_force", "peak_contact_force", "orbit_largest", "rolling")
 LABELS = {
     "contact_share": "fraction of time in contact, from disturbance to relief",
-    "averaged_contact_force": "largest contact force averaged over 1 ms",
-    "peak_contact_force": "peak contact force",
+    "averaged_contact_force": "largest contact force, 1 ms mean",
+    "peak_contact_force": "largest force between impacts",
     "orbit_largest": "largest radius in bearings and retainers",
     "rolling": "rolling (1) or not (0)",
     "outcome": "outcome",

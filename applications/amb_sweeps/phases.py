@@ -1,4 +1,4 @@
-"""Distribution of a sweep's peak force at each phase of an event within a turn."""
+"""Distribution of a sweep's largest contact force at each phase of an event within a turn."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from amb_sweeps.run import Sweep
 
-METRIC = "peak_contact_force"
+METRIC = "averaged_contact_force"
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
 _BEYOND = 1e300  # N, instead of infinity, which cannot be interpolated
 FILE = "phase.png"
@@ -31,7 +31,7 @@ LEGEND = 1.4  # inches, width of the title of the legend
 
 
 def draw_phases(swept: Sweep) -> list[str]:
-    """Plot the peak force against an event's phase, if this varies, into the sweep's folder; return the file names."""
+    """Plot the contact force against an event's phase, if this varies, into the sweep's folder; return file names."""
     dataset = swept.dataset
     varied = [str(name) for name in dataset.coords if is_phase(str(name))]
     if not varied or METRIC not in dataset or not dataset[METRIC].notnull().any():
@@ -42,7 +42,7 @@ def draw_phases(swept: Sweep) -> list[str]:
 
 @mpl.rc_context(STYLE)
 def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFigure:
-    """Draw the median, quartiles and extremes of the peak force against `along`, an event's cycle, shown in degrees.
+    """Draw the median, quartiles and extremes of the contact force against `along`, an event's cycle, shown in degrees.
 
     The distribution covers all other numeric variations; each alternative has its own panel. For a sample, each point
     is drawn.
@@ -83,7 +83,7 @@ def phase_of(cycle: NDArray[Any]) -> Array:
 
 
 def distribution(part: xr.Dataset, along: str) -> Array:
-    """Return the `QUANTILES` of the peak force along an axis, shape (quantiles, points).
+    """Return the `QUANTILES` of the largest contact force along an axis, shape (quantiles, points).
 
     Failed runs rank last, so a quantile that falls on a failed run is infinite.
     """

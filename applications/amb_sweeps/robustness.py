@@ -37,7 +37,7 @@ from amb_sweeps.worker import PointResult, Runner, Task
 AS_IT_IS = "as it is"
 UNDECIDED = "undecided"  # first word of such an outcome
 IN_PART = "robust in part"  # verdict if a quantity that decides a contact was not varied
-PEAK, IMPULSE, ORBIT = "peak_contact_force.", "peak_impulse.", "orbit_largest."  # metrics of a place
+FORCE, SAMPLED_FORCE, ORBIT = "averaged_contact_force.", "peak_contact_force.", "orbit_largest."  # metrics of a place
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ class RobustnessRow:
         Reason for an early end; otherwise empty.
     last_contact
         Cycle of the last contact; None if there was none.
-    peak_force
-        Largest normal contact force at each site with contact.
+    contact_force
+        Largest contact force (1 ms mean with impacts) at each site with contact; the largest sample without this mean.
     orbit
         Largest orbit at each bearing.
     """
@@ -62,7 +62,7 @@ class RobustnessRow:
     outcome: str
     reason: str
     last_contact: float | None
-    peak_force: Annotated[dict[str, float], "N"]
+    contact_force: Annotated[dict[str, float], "N"]
     orbit: Annotated[dict[str, float], "mm"]
 
 
@@ -126,14 +126,14 @@ class Robustness(WarnedResult, DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return a table of the runs, the quantities varied and not varied, and the verdict."""
-        sites = list(dict.fromkeys(site for row in self.rows for site in row.peak_force))
+        sites = list(dict.fromkeys(site for row in self.rows for site in row.contact_force))
         places = list(dict.fromkeys(bearing for row in self.rows for bearing in row.orbit))
         headings = [*(f"{name_label(site)} (N)" for site in sites), *(f"{name_label(at)} (mm)" for at in places)]
         columns = ("changed", "outcome", "last contact (cycle)", *headings)
         table = text_table(f"Robustness of {self.scenario}", columns, left=("changed", "outcome"))
         for row in self.rows:
             last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
-            figures = [*(row.peak_force.get(site) for site in sites), *(row.orbit.get(at) for at in places)]
+            figures = [*(row.contact_force.get(site) for site in sites), *(row.orbit.get(at) for at in places)]
             table.add_row(row.changed, row.reason or row.outcome, last, *(number(value) for value in figures))
         not_varied = [f"not varied: {name}, {reason}" for name, reason in self.not_varied.items()]
         extents = ", ".join(f"{name} {extent}".rstrip() for name, extent in self.varied.items() if name != "phase")
@@ -152,7 +152,7 @@ class Robustness(WarnedResult, DrawnResult):
         }[self.verdict]
         return [
             table,
-            "peak force of each site, largest orbit at each bearing and retainer",
+            "largest contact force of each site (1 ms mean with impacts), largest orbit at each bearing and retainer",
             *(varied if self.varied else []),
             *not_varied,
             verdict,
@@ -250,8 +250,9 @@ def _identified(
 
 def _row(case: Variation, point: PointResult) -> RobustnessRow:
     values = {name: float(value) for name, value in point.metrics.items() if not math.isnan(value)}
-    impulses, forces, orbit = (_at_places(values, prefix) for prefix in (IMPULSE, PEAK, ORBIT))
-    touched = [site for site, force in forces.items() if force > 0.0 or impulses.get(site, 0.0) > 0.0]
+    averaged, sampled, orbit = (_at_places(values, prefix) for prefix in (FORCE, SAMPLED_FORCE, ORBIT))
+    forces = sampled | averaged
+    touched = [site for site, force in forces.items() if force > 0.0]
     rolls = "rolling" * (bool(values.get("rolling")) and point.outcome != "rolled")
     touches = f"touching {' '.join(touched)}" * bool(touched)
     reason = point.reason if point.outcome in ("failed", "invalid") else ""
@@ -260,7 +261,7 @@ def _row(case: Variation, point: PointResult) -> RobustnessRow:
         outcome=", ".join(filter(None, (point.outcome, rolls, touches))),
         reason=reason,
         last_contact=values.get("last_contact"),
-        peak_force={site: forces[site] for site in touched},
+        contact_force={site: forces[site] for site in touched},
         orbit=orbit,
     )
 

@@ -22,7 +22,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_REASONS = 5
-FORCES = {"averaged_contact_force": "contact force averaged over 1 ms", "peak_contact_force": "peak contact force"}
+FORCES = {
+    "averaged_contact_force": "largest contact force (1 ms mean with impacts)",
+    "peak_contact_force": "largest force between impacts",
+}
 
 
 def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, boundary: str) -> list[str]:

@@ -24,8 +24,13 @@ HERTZ = 2.0 * np.pi  # rad/s
 BOUNCE = 0.1  # cycles; a break of the contact that is shorter is a bounce
 
 
+def contact_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "N"]:
+    """Return the largest contact force at a site (N): the largest 1 ms mean of the normal force, including impacts."""
+    return contact_forces.largest_averaged_force(run, site, begin, end)
+
+
 def peak_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "N"]:
-    """Return the largest normal contact force at a site (N), including forces within steps but not impact impulses."""
+    """Return the largest force between impacts at a site (N), including forces within steps but not impact impulses."""
     return contact_forces.peak_force(run, site, begin, end)
 
 

@@ -196,9 +196,9 @@ def test_outcome_that_larger_changes_flip_is_fragile():
     assert {result.flips[name] for name in result.flips.keys() - trapping} == {"recovered, touching rb1"}
     for trapped in trapping:
         assert rows[trapped].last_contact == pytest.approx(40.0, abs=0.1)
-        assert min(rows[trapped].peak_force.values()) > 1500.0
-    forces, others = (list(rows[name].peak_force.values()) for name in ("as it is", "identified H"))
-    assert others == pytest.approx(forces, rel=0.05)
+        assert min(rows[trapped].contact_force.values()) > 1500.0
+    forces, others = (list(rows[name].contact_force.values()) for name in ("as it is", "identified H"))
+    assert others == pytest.approx(forces, rel=0.15)
     assert others != forces
 
 

@@ -37,7 +37,7 @@ def test_the_command_maps_a_scenario_and_resumes(command, tmp_path):
     for _ in range(2):
         result = command(*options)
         assert result.exit_code == 0, result.output
-        assert_names(result.output, "4 runs", "2 undecided", "2 completed", "peak contact force")
+        assert_names(result.output, "4 runs", "2 undecided", "2 completed", "largest force between impacts")
     assert (tmp_path / "out" / "outcome.png").read_bytes().startswith(b"\x89PNG")
     turns = open_sweep(tmp_path / "out")["turns"]
     np.testing.assert_allclose(turns.sel(Omega=220.0), UNTIL * 220.0 / (2.0 * np.pi))

@@ -1,4 +1,4 @@
-"""The printed summary of a sweep, and the distribution of its peak force over the phase of an event."""
+"""The printed summary of a sweep, and the distribution of its largest contact force over the phase of an event."""
 
 import math
 from dataclasses import replace
@@ -26,7 +26,7 @@ CONTROLS = {"PID": {}, "ROLAC": {"a.on": True}}
 
 
 def force(settings):
-    return {"peak_contact_force": 100.0 * settings["a.x"] / (2.0 if settings.get("a.on") else 1.0)}
+    return {"averaged_contact_force": 100.0 * settings["a.x"] / (2.0 if settings.get("a.on") else 1.0)}
 
 
 def test_averaged_force_is_listed_before_the_peak_with_its_site(tmp_path):
@@ -45,7 +45,7 @@ def test_averaged_force_is_listed_before_the_peak_with_its_site(tmp_path):
     (line,) = filled(tmp_path, {"a.x": "1:3:3"}, forces).summary.splitlines()
     averaged, peak = line.split("; ")[1:]
     assert_names(averaged, "1 ms", "60 N", "RB2", "x = 3")
-    assert_names(peak, "peak", "900 N", "RB1", "x = 1")
+    assert_names(peak, "between impacts", "900 N", "RB1", "x = 1")
 
 
 def test_a_summary_has_its_forces_and_speeds_in_the_chosen_units(tmp_path):
@@ -92,7 +92,7 @@ def test_a_summary_compares_the_boundary_with_a_grid_as_fine(tmp_path):
 
 def test_a_distribution_has_the_quantiles_over_all_other_axes(tmp_path):
     vary = {"control": CONTROLS, "step.cycle": "5:6:3", "a.x": "1:5:5"}
-    swept = filled(tmp_path, vary, lambda s: {"peak_contact_force": s["step.cycle"] * s["a.x"]})
+    swept = filled(tmp_path, vary, lambda s: {"averaged_contact_force": s["step.cycle"] * s["a.x"]})
     result = distribution(swept.dataset.sel(control="PID"), "step.cycle")
     np.testing.assert_allclose(result, np.outer([1.0, 2.0, 3.0, 4.0, 5.0], [5.0, 5.5, 6.0]))
     figure = draw_distribution(swept, swept.dataset, "step.cycle")
@@ -102,7 +102,7 @@ def test_a_distribution_has_the_quantiles_over_all_other_axes(tmp_path):
     figure.draw_without_rendering()
     widths = [ax.get_position().width for ax in figure.axes]
     assert sum(widths) > 0.5, "most of the figure is its panels"
-    assert draw_sweep(swept) == ["outcome.png", "peak_contact_force.png", "phase.png"]
+    assert draw_sweep(swept) == ["outcome.png", "averaged_contact_force.png", "phase.png"]
 
 
 def test_a_sampled_phase_is_drawn_and_a_sweep_without_one_is_not(tmp_path):
@@ -136,7 +136,7 @@ def test_maps_describe_their_axes_and_count_failed_runs(tmp_path):
 def test_a_map_has_speeds_in_rpm_whatever_the_unit_of_their_range(speeds, tmp_path):
     """The data set keeps the unit of the range."""
     swept = filled(tmp_path, {"Omega": speeds, "a.x": "1:2:2"}, force)
-    (panel, *_) = draw_map(swept, swept.dataset, "peak_contact_force").axes
+    (panel, *_) = draw_map(swept, swept.dataset, "averaged_contact_force").axes
     (lowest, highest), half = panel.get_xlim(), 60.0  # of a cell
     assert panel.get_xlabel() == "Omega (rpm)"
     np.testing.assert_allclose((lowest + half, highest - half), (840.0, 1080.0), rtol=1e-5)

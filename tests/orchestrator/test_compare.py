@@ -90,8 +90,8 @@ def test_rows_of_a_comparison_have_the_chosen_units(make):
     result = amb_cosim.compare(make(), make(force=1.5))
     with amb_cosim.units("kN", "um"):
         lines = rendered(result.text(whole=True)).splitlines()
-    (peak,) = (line for line in lines if line.startswith("peak contact force rb1"))
-    assert peak.split()[4:7] == ["kN", "1.234", "1.852"]
+    (peak,) = (line for line in lines if line.startswith("largest force between impacts rb1"))
+    assert peak.split()[5:8] == ["kN", "1.234", "1.852"]
     assert [line for line in lines if " mm " in line] == []
 
 

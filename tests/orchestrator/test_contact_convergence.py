@@ -111,7 +111,7 @@ def test_the_figure_has_forces_in_kn_and_its_legend_beside_the_marks(study):
     figure = studies.figure(study(lambda case: 20e3))
     figure.draw_without_rendering()
     panel = figure.axes[0]
-    assert panel.get_ylabel() == "peak force (kN)"
+    assert panel.get_ylabel() == "force between impacts (kN)"
     (mark,) = panel.lines[0].get_ydata()
     assert mark == pytest.approx(20.0)
     (legend,) = figure.legends

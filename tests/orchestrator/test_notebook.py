@@ -22,7 +22,7 @@ def test_a_result_shows_verdict_orbits_forces_and_key_values(synthetic):
     assert "recovered: the rotor touched and has been free of contact since cycle 11.99" in html
     assert re.findall('<img alt="([a-z]+) of synthetic"', html) == ["orbits", "contact"]
     assert html.count("data:image/png;base64,iVBOR") == 2
-    assert html.index("largest contact force") < html.index("<details>") < html.index("peak contact force")
+    assert html.index("largest contact force") < html.index("<details>") < html.index("largest force between impacts")
 
 
 def test_a_result_without_samples_shows_its_outcome(synthetic):

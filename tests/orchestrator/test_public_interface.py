@@ -246,7 +246,7 @@ def test_a_result_reports_outcome_and_key_values(result):
     assert result.summary.peak_contact_force["rb1"] > 0.0
     assert result.dataset["rotor_contact.rb1.f_n"].attrs["units"] == "N"
     assert repr(result) == f"<Result of fig4_9: completed at t = 0.15 s; {len(result.dataset.data_vars)} variables>"
-    assert "peak contact force" in result._repr_html_()
+    assert "largest force between impacts" in result._repr_html_()
 
 
 def test_a_saved_result_is_loaded_without_loss(result, tmp_path):

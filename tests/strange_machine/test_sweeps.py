@@ -17,7 +17,7 @@ from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import SweepStore
 from amb_sweeps.worker import PointResult, Runner, Task
 
-PEAK = "peak_contact_force"
+PEAK = "averaged_contact_force"
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,10 @@ def peaks_at(labyrinth: float, catch: float) -> dict[str, float]:
 
 def test_the_summary_names_the_site_of_the_largest_force(tmp_path):
     swept = filled(tmp_path, {"a.x": "1:3:3"}, [peaks_at(3.0, 4.0), peaks_at(9.0, 4.0), peaks_at(2.0, 5.0)])
-    assert swept.summary == "3 runs, 3 recovered; peak contact force up to 9 N at labyrinth, with x = 2"
+    assert (
+        swept.summary
+        == "3 runs, 3 recovered; largest contact force (1 ms mean with impacts) up to 9 N at labyrinth, with x = 2"
+    )
 
 
 def test_a_sweep_without_a_run_that_succeeded_ends_with_exit_code_1(tmp_path, monkeypatch):
@@ -79,7 +82,9 @@ def test_error_of_a_script_without_a_main_guard_requires_it(tmp_path):
 
 def test_the_summary_begins_with_runs_that_failed(tmp_path):
     first = filled(tmp_path, {"a.x": "1:3:3"}, [peaks_at(3.0, 4.0), None, peaks_at(2.0, 5.0)]).summary.splitlines()[0]
-    assert first.startswith("3 runs, 1 failed, 2 recovered; peak contact force, unknown for aborted runs, up to 5 N")
+    assert first.startswith(
+        "3 runs, 1 failed, 2 recovered; largest contact force (1 ms mean with impacts), unknown for aborted runs, up to 5 N"
+    )
 
 
 def crosses(figure) -> list[tuple[float, ...]]:

@@ -40,8 +40,8 @@ from array_types import Array
 from rotor_analysis.rotor_file import load_rotor
 
 ORDER = ("scenario", "modes", "mesh", "substep", "step")
-CONVERGED = 0.05  # relative change of a peak force
-CHAOTIC = 0.05  # relative scatter of a peak force over starts
+CONVERGED = 0.05  # relative change of a force between impacts
+CHAOTIC = 0.05  # relative scatter of a force between impacts over starts
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ class ConvergenceRow:
     """A run in the result: the varied quantity, label, number for sorting, number of the start, and `CaseResult`.
 
     change
-        Largest relative change (%) of a site's peak force, compared with the run of the scenario; None if there is no
-        contact.
+        Largest relative change (%) of a site's largest force between impacts, compared with the run of the scenario;
+        None if there is no contact.
     """
 
     varied: str
@@ -71,13 +71,13 @@ class ContactConvergence(MachineResult):
     rows
         The run of the scenario, followed by the others.
     scatter
-        Largest scatter of a peak force over the starts, (largest - smallest) / median (%); None if there are no
-        perturbed starts.
+        Largest scatter of a force between impacts over the starts, (largest - smallest) / median (%); None if there
+        are no perturbed starts.
     change
-        Largest change of a peak force with twice as many modes (%); None if modes do not vary. If the case is chaotic,
-        medians over the starts are compared.
+        Largest change of a force between impacts with twice as many modes (%); None if modes do not vary. If the case
+        is chaotic, medians over the starts are compared.
     step_change
-        Largest change of a peak force with the shortest communication step (%), computed like `change`.
+        Largest change of a force between impacts with the shortest communication step (%), computed like `change`.
     averaged_change, averaged_step_change
         `change` and `step_change` for the force averaged over 1 ms.
     chaotic
@@ -95,9 +95,9 @@ class ContactConvergence(MachineResult):
     chaotic: bool | None
 
     def text(self) -> list[TextBlock]:
-        """Return a table of peak forces, impulses and outcomes, and lines that explain it."""
+        """Return a table of forces between impacts, impulses and outcomes, and lines that explain it."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.sites))
-        columns = ("peak (N)", "1 ms (N)", "impact (N s)", "integral (N s)")
+        columns = ("between impacts (N)", "1 ms (N)", "impact (N s)", "integral (N s)")
         headings = [f"{name_label(site)} {what}" for site in sites for what in columns]
         title = f"Convergence of {self.scenario} with {self.rotor}"
         table = text_table(title, ("run", *headings, "change", "outcome"), left=("run", "outcome"))
@@ -106,25 +106,25 @@ class ContactConvergence(MachineResult):
                 cells = [text for site in sites for text in _cells(row.sites.get(site))]
                 change = "-" if row.change is None else f"{row.change:.1f} %"
                 table.add_row(row.label, *cells, change, row.failure or row.recovery or "-")
-        window = f"{1e3 * WINDOW:g} ms: largest force averaged over this time, impacts included"
+        window = f"{1e3 * WINDOW:g} ms: largest contact force (mean over this time, impacts included)"
         return [
             table,
-            f"peak: largest force; {window}; impact: largest impulse of impacts in one step; "
-            "integral: of the normal force over time, impacts included",
+            f"between impacts: largest force without impacts; {window}; "
+            "impact: largest impulse of impacts in one step; integral: of the normal force over time, impacts included",
             *self._over_starts(sites),
             *self._verdict(),
             *self.warning_lines(),
         ]
 
     def _over_starts(self, sites: Sequence[str]) -> list[TextBlock]:
-        """Return a table of the peak forces over the starts, for the scenario and for the run with the most modes."""
+        """Return a table of the forces over the starts, for the scenario and for the run with the most modes."""
         repeated = list(dict.fromkeys(row.label for row in self.rows if row.start))
         if not repeated:
             return []
         headings = [
             f"{name_label(site)} {what}" for site in sites for what in ("least (N)", "median (N)", "greatest (N)")
         ]
-        table = labelled_table("Peak force over the starts", "run", *headings)
+        table = labelled_table("Largest force between impacts over the starts", "run", *headings)
         for label in repeated:
             runs = [row for row in self.rows if row.label == label]
             peaks = [[row.sites[site].peak_force for row in runs if site in row.sites] for site in sites]
@@ -137,7 +137,7 @@ class ContactConvergence(MachineResult):
         if self.scatter is not None:
             starts = max(row.start for row in self.rows)
             verdict = "chaotic, medians are compared" if self.chaotic else "not chaotic"
-            scatter = f"peak forces scatter by {self.scatter:.2g} %"
+            scatter = f"forces between impacts scatter by {self.scatter:.2g} %"
             lines.append(f"{verdict}: over {starts} starts with clearances {START:g} apart, {scatter}")
         for what, change, averaged in (
             (f"a communication step of 1/{STEP_PARTS[-1]}", self.step_change, self.averaged_step_change),
@@ -145,7 +145,9 @@ class ContactConvergence(MachineResult):
         ):
             if change is not None:
                 verdict = "converged" if change <= 100.0 * CONVERGED else "not converged"
-                forces = f"peak forces change by up to {change:.2g} %, averages over 1 ms by up to {averaged:.2g} %"
+                forces = (
+                    f"forces between impacts change by up to {change:.2g} %, averages over 1 ms by {averaged:.2g} %"
+                )
                 lines.append(f"{verdict}: with {what}, {forces}")
         return lines
 
@@ -256,7 +258,7 @@ def _forces(results: Sequence[CaseResult], force: str) -> dict[str, Array]:
 
 
 def _scatter(results: Sequence[CaseResult]) -> float:
-    """Return the scatter of the peak force (%), (largest - smallest) / median, at the site with the largest scatter."""
+    """Return the scatter of the force (%), (largest - smallest) / median, at the site with the largest scatter."""
     return max(
         (100.0 * float(np.ptp(f) / np.median(f)) for f in _forces(results, "peak_force").values() if f.any()),
         default=0.0,

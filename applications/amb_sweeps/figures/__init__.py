@@ -9,7 +9,7 @@ from amb_sweeps.run import Sweep
 
 
 def draw_sweep(swept: Sweep) -> list[str]:
-    """Plot maps of a sweep into its folder and, if the phase of an event varies, the peak force against this phase.
+    """Plot maps of a sweep into its folder and, if the phase of an event varies, the contact force against this phase.
 
     Return the names of the files.
     """

@@ -12,7 +12,7 @@ from amb_sweeps.robustness import Robustness
 def draw(result: Robustness) -> Figure:
     """Plot a line for each variation, orange if its outcome differs from the scenario's."""
     rows = result.rows[::-1]
-    forces = [max(row.peak_force.values(), default=0.0) for row in rows]
+    forces = [max(row.contact_force.values(), default=0.0) for row in rows]
     unit = force_unit(max(forces))
     figure = StyledFigure(figsize=(7.2, 1.4 + 0.26 * len(rows)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
@@ -27,6 +27,6 @@ def draw(result: Robustness) -> Figure:
     names = [row.changed + (f" ({row.outcome})" if row.outcome != result.outcome else "") for row in rows]
     left.set_yticks(range(len(rows)), names)
     left.set(xlabel="last contact (cycle)", ylim=(-0.6, len(rows) - 0.4))
-    right.set(xlabel=f"largest contact force ({unit.label})")
+    right.set(xlabel=f"largest contact force, 1 ms mean ({unit.label})")
     write_title(figure, f"{result.scenario}: {result.outcome}, {result.verdict}")
     return figure

@@ -18,6 +18,7 @@ COST = ("wall", "real_time_factor", "steps_by_method")
 LEFT_OUT = ("scenario", "flavour", *COST, "contact_states", "touchdown", "warnings", "notices", "verdict")
 ABSOLUTE = ("1", "cycle")  # units whose differences are absolute rather than percentages
 MOST_PERCENT = 1000.0  # percentage above which the absolute difference is printed
+FORCES = {"averaged_contact_force": "largest contact force", "peak_contact_force": "largest force between impacts"}
 ROUNDING = 1e-12  # of the first run's value; a smaller difference is printed as none
 
 Value = float | str | bool | None
@@ -80,7 +81,8 @@ def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
         if not any(row.values):
             continue
         shown = _in_display_units(row)
-        cells = [row.quantity.replace("_", " "), shown.unit, _cell(shown.values[0])]
+        name, *place = row.quantity.split(" ", 1)
+        cells = [" ".join([FORCES.get(name, name), *place]).replace("_", " "), shown.unit, _cell(shown.values[0])]
         for run in range(1, len(labels)):
             cells += [_cell(shown.values[run]), _change(shown, run)]
         table.add_row(*cells)

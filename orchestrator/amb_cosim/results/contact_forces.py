@@ -5,8 +5,9 @@ impacts, and `f_n_mean` is the mean, including them. If an FMU lacks these outpu
 are used instead, and `is_sampled` reports this. A thinned record contains these quantities for every step (see
 `at_every_step`).
 
-A peak depends on how stiff the modelled contact is. It grows with the numbers of modes and nodes of the rotor, and it
-is not defined for an impulse. By contrast, the force averaged over `WINDOW` converges as these numbers increase.
+To users, the largest mean is the "largest contact force", and the largest value the "largest force between impacts".
+The latter depends on how stiff the modelled contact is, grows with the numbers of modes and nodes of the rotor, and is
+not defined for an impulse. By contrast, the force averaged over `WINDOW` converges as these numbers increase.
 """
 
 from __future__ import annotations
@@ -45,10 +46,10 @@ def averaged_force(dataset: Signals, site: str) -> Array | None:
     return _largest_between(dataset, _averaged(at_every_step(dataset), site))
 
 
-def largest_averaged_force(dataset: Signals, site: str) -> float | None:
-    """Return the largest mean normal force (N) over `WINDOW` at a site from cycle 0 on, including impacts."""
+def largest_averaged_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
+    """Return the largest mean normal force (N) over `WINDOW` at a site between two cycles, including impacts."""
     steps = at_every_step(dataset)
-    return largest(steps, _averaged(steps, site))
+    return largest(steps, _averaged(steps, site), begin, end)
 
 
 def received_impulse(dataset: Signals, site: str) -> Array | None:

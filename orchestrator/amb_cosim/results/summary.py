@@ -51,14 +51,14 @@ class Summary:
         Share of the steps that the plant computed by each method of its output `solver.method`: exactly, in pieces, or
         by substeps for one of several reasons.
     peak_contact_force
-        Largest normal contact force at each site (N), without the impulses of impacts. This force grows with the number
-        of retained modes.
+        Largest force between impacts at each site (N): of the normal force without the impulses of impacts, so that it
+        may be smaller than `averaged_contact_force`. It grows with the number of retained modes.
     peak_band
         Frequency up to which the retained modes are accurate (rad/s); None without a limit.
     peak_is_sampled
-        Whether the peak force at a site is only the largest sample (see `contact_forces.is_sampled`).
+        Whether the force between impacts at a site is only the largest sample (see `contact_forces.is_sampled`).
     averaged_contact_force
-        Largest 1 ms average of the normal contact force at each site, including impacts (N). Unlike the peak force, it
+        Largest contact force at each site (N): the largest 1 ms mean of the normal force, including impacts. It
         converges as the number of modes grows.
     peak_impulse
         Largest normal impulse of the impacts within a step at each site (N s).

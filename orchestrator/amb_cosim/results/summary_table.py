@@ -89,8 +89,8 @@ def _rows_at_places(summary: Summary) -> Iterator[tuple[str, str]]:
     sampled = ", of the samples" if any(summary.peak_is_sampled.values()) else ""
     band = "" if summary.peak_band is None else f",\nmodes to {frequency_unit().text(summary.peak_band)}"
     for label, values in (
-        ("contact force averaged over 1 ms", summary.averaged_contact_force),
-        (f"peak contact force without impacts{band}{sampled}", summary.peak_contact_force),
+        ("largest contact force (1 ms mean with impacts)", summary.averaged_contact_force),
+        (f"largest force between impacts{band}{sampled}", summary.peak_contact_force),
     ):
         if any(values.values()):
             yield label, _at_places(values, force_unit(_largest(values)).name, 1.0 / force_unit(_largest(values)).size)

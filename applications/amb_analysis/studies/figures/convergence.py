@@ -11,7 +11,7 @@ from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, YELLOW, StyledFigure, write_title
 from amb_cosim.presentation.units import ShownUnit, force_unit
 
-QUANTITIES = {"peak_force": "peak force", "mean_force": "mean over 1 ms", "peak_impulse": "largest impact"}
+QUANTITIES = {"peak_force": "force between impacts", "mean_force": "mean over 1 ms", "peak_impulse": "largest impact"}
 APART = 0.16  # distance of the sites of a run, over that of the runs
 NAMED = 8  # most runs of a group whose names are written
 SITE_STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (YELLOW, "v"))

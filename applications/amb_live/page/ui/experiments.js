@@ -3,7 +3,7 @@
 import { contactTime, isOff, offSince, touched } from "./advice.js";
 import { nameLabel, numberText, quantityText } from "./format.js";
 import { shownSites } from "./orbits.js";
-import { matching, placesOfContact, plainLaw, settingOf, valueOf } from "./session.js";
+import { CONTACT_WINDOW, matching, placesOfContact, plainLaw, settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -14,7 +14,7 @@ import { matching, placesOfContact, plainLaw, settingOf, valueOf } from "./sessi
  * @property {number} seen time up to which the samples were observed (s)
  * @property {number} before the same before the newest frame (s)
  * @property {number} reach largest displacement over clearance
- * @property {number} force largest contact force within a step, without impacts (N)
+ * @property {number} force largest contact force: the mean over 1 ms, with impacts (N)
  * @property {boolean} touched
  * @property {number} touchedAt time of the first contact (s); NaN without any
  * @property {number} since time since which the condition holds without a break (s); NaN while it does not
@@ -98,7 +98,8 @@ export function follow(step, notes, session) {
     observed(session, notes, site.x).forEach((x, k) => { notes.reach = Math.max(notes.reach, Math.hypot(x, y[k]) / clearance || 0); });
   }
   for (const name of placesOfContact(session.rig.geometry)) {
-    for (const force of observed(session, notes, `rotor_contact.${name}.f_n_peak`)) { notes.force = Math.max(notes.force, force || 0); }
+    const before = Math.max(notes.seen - CONTACT_WINDOW, notes.began); // a mean may begin before the last observation
+    notes.force = Math.max(notes.force, session.traces.largestMean(`rotor_contact.${name}.f_n_mean`, before, session.time, CONTACT_WINDOW));
   }
   const first = session.contacts.find((item) => item.mode > 0 && item.time >= notes.began && item.time <= session.time);
   if (!notes.touched && (first !== undefined || touched(session).length > 0)) {
@@ -150,7 +151,7 @@ function push() {
             return sites.length > 0 ? `It ${lies} ${places(sites)}: without power nothing lifts it.` : `It moves freely until it ${falls}: without power nothing holds it.`;
           }
           if (sites.length > 0) { return `It stays in contact at ${places(sites)}: that is the next experiment.`; }
-          return notes.touched ? `It touched with a peak force of ${quantityText(notes.force, "N")}, and is free again.` : `It came back without contact, from ${percent(notes.reach)} of the clearance. Push harder?`;
+          return notes.touched ? `It touched with a force of up to ${quantityText(notes.force, "N")}, and is free again.` : `It came back without contact, from ${percent(notes.reach)} of the clearance. Push harder?`;
         },
       },
     ],
@@ -168,7 +169,7 @@ function trap({ rig, variables }) {
       {
         instruction: (now) => (isOff(now) ? `No magnet has power: ${isWeightless(now) ? "nothing centres the rotor, so contact that lasts is not a trap" : "a rotor on its retainers is landed, not trapped"}. Choose Controller, ${plainLaw(now)} first. ` : "") + `With a plain controller, increase an unbalance (Controls, Unbalance) until the rotor touches and stays in contact.${byItself}`,
         isMet: isTrapped, hold: 0,
-        remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with a peak force of up to ${quantityText(notes.force, "N")}: the rub sustains itself.`,
+        remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with a force of up to ${quantityText(notes.force, "N")}: the rub sustains itself.`,
       },
       {
         instruction: () => `Free it: ${has ? "choose another controller, or " : ""}reduce the unbalance, or change a gain.`,
@@ -196,7 +197,7 @@ function land(session) {
         isMet: (_, notes) => notes.touched, hold: 0.1, begins: offSince,
         remark: (now, notes) => {
           const [came, has] = isWeightless(now) ? ["was thrown out, and touched", "has been thrown out"] : ["landed", "has landed"];
-          return `It ${notes.touchedAt > notes.began ? `${came} ${quantityText(notes.touchedAt - notes.began, "s")} after the loss of power` : has}, and pressed with a peak force of ${quantityText(notes.force, "N")}; ${landed(now)}.`;
+          return `It ${notes.touchedAt > notes.began ? `${came} ${quantityText(notes.touchedAt - notes.began, "s")} after the loss of power` : has}, and pressed with a force of up to ${quantityText(notes.force, "N")}; ${landed(now)}.`;
         },
       },
       {

@@ -22,6 +22,7 @@ import { Traces } from "./traces.js";
  * @property {number} answerCount answers of the worker so far
  */
 
+export const CONTACT_WINDOW = 1e-3; // s, over which a contact force is averaged, as in the verdict on a run
 const MAX_SAMPLES = 1 << 18; // samples: a minute at 4 kHz
 
 /**

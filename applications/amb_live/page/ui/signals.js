@@ -38,7 +38,7 @@ export function chartSpecs(current) {
   const specs = [
     { key: "displacement", title: `Displacement (${length.unit})`, limits: limitsText("clearance", clearances()), ...length, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`, true), levels: clearances, positive: false },
     { key: "axial", title: `Displacement along the shaft (${length.unit})`, limits: limitsText("seats at", gaps()), ...length, curves: along((name, axis) => `rotor_contact.${name}.${axis}`), levels: gaps, positive: false },
-    { key: "contact", title: "Contact force N, largest in a step (kN)", limits: "", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
+    { key: "contact", title: "Contact force between impacts, largest in a step (kN)", limits: "", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
       curves: sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0).map((site) => ({
         signal: `rotor_contact.${site.name}.f_n_peak`, label: nameLabel(site.name), series: seriesOfSite(geometry, site), dashed: false })).concat(
         faces.filter((face) => settingOf(session, `rotor_contact.${face.name}.enabled`) !== 0).map((face) => ({
@@ -58,8 +58,8 @@ export function watchedSignals(rig) {
   const outputs = new Set(rig.components.flatMap((item) => item.variables.filter((variable) => variable.causality === "output").map((variable) => `${item.name}.${variable.name}`)));
   const wanted = [
     ...shape.places.flatMap((place) => [place.x, place.y]),
-    ...sites.flatMap((site) => ["x", "y", "f_n", "f_n_peak", "f_t", "mode"].map((name) => `rotor_contact.${site.name}.${name}`)),
-    ...faces.flatMap((face) => ["f_n", "f_n_peak", "mode"].map((name) => `rotor_contact.${face.name}.${name}`)),
+    ...sites.flatMap((site) => ["x", "y", "f_n", "f_n_peak", "f_n_mean", "f_t", "mode"].map((name) => `rotor_contact.${site.name}.${name}`)),
+    ...faces.flatMap((face) => ["f_n", "f_n_peak", "f_n_mean", "mode"].map((name) => `rotor_contact.${face.name}.${name}`)),
     ...["rotor_contact.?.z", "rolac_controller.?.i_z", "amb_actuator.?.f_z"].map((name) => name.replace("?", thrust)),
     ...bearings.filter((bearing) => bearing.magnetic).flatMap(({ name }) => ["x", "y"].flatMap((axis) => [`rolac_controller.${name}.i_${axis}`, `amb_actuator.${name}.f_${axis}`])),
     "rotor_contact.theta", "rotor_contact.speed", "rolac_controller.harmonic1.displacement", "rolac_controller.harmonic1.force",

@@ -4,7 +4,7 @@ import { isOff } from "./advice.js";
 import { make, setText } from "./dom.js";
 import { nameLabel, numberText, quantityText } from "./format.js";
 import { shownSites } from "./orbits.js";
-import { placesOfContact, plainLaw, settingOf, valueOf } from "./session.js";
+import { CONTACT_WINDOW, placesOfContact, plainLaw, settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -94,9 +94,8 @@ function limitsText(session) {
 
 /** @param {Session} session */
 function largestForce(session) {
-  const { traces, rig } = session, first = Math.max(traces.count - 4000, 0);
-  const rings = placesOfContact(rig.geometry).flatMap((name) => traces.values.get(`rotor_contact.${name}.f_n_peak`) ?? []);
-  return Math.max(0, ...rings.flatMap((ring) => (traces.count > 0 ? traces.extremes(ring, first, traces.count) : [])));
+  const { traces, rig, time } = session, from = traces.count > 0 ? traces.time[traces.position(Math.max(traces.count - 4000, 0))] : time;
+  return Math.max(0, ...placesOfContact(rig.geometry).map((name) => traces.largestMean(`rotor_contact.${name}.f_n_mean`, from, time, CONTACT_WINDOW)));
 }
 
 const ENERGIES = /** @type {const} */ ([

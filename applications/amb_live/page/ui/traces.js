@@ -63,6 +63,30 @@ export class Traces {
   }
 
   /**
+   * Return the largest mean of a signal over a time window, of the samples between two times; 0 without any.
+   *
+   * A value is the mean over the step that ends at its sample. Steps that end before `from` count as zero.
+   * @param {string} name
+   * @param {number} from s
+   * @param {number} to s
+   * @param {number} window s
+   */
+  largestMean(name, from, to, window) {
+    const ring = this.values.get(name), first = Math.max(this.firstAt(from), 1), end = this.firstAt(to + 1e-9);
+    let largest = 0;
+    for (let k = first; ring !== undefined && k < end; k++) {
+      let sum = 0, left = window;
+      for (let j = k; j >= first && left > 1e-12; j--) {
+        const step = Math.min(this.time[this.position(j)] - this.time[this.position(j - 1)], left);
+        sum += step * ring[this.position(j)];
+        left -= step;
+      }
+      largest = Math.max(largest, sum / window);
+    }
+    return largest;
+  }
+
+  /**
    * Return curves of at most two points for each of `buckets` equal intervals, their extremes, which look like all samples:
    * times, then the values of each signal. The buckets lie on a fixed grid of time, so that a scrolling curve does not shimmer.
    * @param {readonly string[]} names
