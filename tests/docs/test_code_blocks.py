@@ -178,24 +178,6 @@ def test_code_with_requirements_runs_where_they_are_installed(page, block, folde
     run_page(page, [block], folder)
 
 
-def test_the_python_example_of_the_readme_runs_until_the_rotor_recovers(folder):
-    """With `until=0.3` its outcome would be undecided."""
-    (block,) = (block for block in blocks_of(ROOT / "README.md") if "amb_cosim.run(" in block.code)
-    namespace = {}
-    exec(block.code, namespace)
-    assert namespace["result"].summary.recovery == "recovered"
-
-
-def test_the_readme_quotes_what_its_run_prints(folder):
-    """Verdict, speed, margin, force and contact; `.ci/run` runs the whole command, which installs the package first."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8").partition("<!-- command: run -->")[2]
-    command = text.partition("```sh\n")[2].partition("\n")[0].rpartition("&& amb-cosim ")[2]
-    lines = text.partition("```text\n")[2].partition("```")[0].splitlines()
-    printed = run_command(*command.split(), cwd=folder).stdout.splitlines()
-    assert [line.rstrip() for line in printed[: len(lines)]] == lines
-    assert {"recovered:", "speed", "margin", "largest", "time"} == {line.split()[0] for line in lines}
-
-
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_every_block_runs_or_states_its_requirements(page):
     for block in blocks_of(page):
