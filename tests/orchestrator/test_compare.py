@@ -15,6 +15,7 @@ import amb_cosim
 from amb_cosim.comparison import compare as comparison
 from amb_cosim.comparison.signals import compare_signals
 from amb_cosim.comparison.table import rows_of
+from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.presentation.text_tables import rendered
 from amb_cosim.results.places import RotorPlaces
@@ -199,3 +200,38 @@ def test_run_that_failed_is_compared_and_reported(make, runner, tmp_path):
     assert result.exit_code == 1
     assert "synthetic (2): rotor_contact failed at t = 0.3 s: too fast" in result.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["comparison.json"]
+
+
+def record(**signals):
+    """Signals of 100 samples by name, with the unit and the values of each."""
+    time = np.linspace(0.0, 0.1, 100)
+    values = {
+        f"rotor_contact.{name}": Samples(np.resize(v, 100), {"units": unit}) for name, (unit, v) in signals.items()
+    }
+    return SignalTable(values, {"time": Samples(time, {}), "cycle": Samples(time, {})}, {})
+
+
+def deviating(**changed):
+    """The signal that a comparison names if these signals differ."""
+    signals = {
+        **{"x": ("m", [-1e-3, 1e-3]), "still": ("m", [0.0]), "f": ("N", [0.0, 1e3])},
+        **{"balance": ("J", [0.0, 1e-6]), "heat": ("J", [0.0, 50.0]), "flag": ("1", [0.0, 1.0])},
+    }
+    (against,) = compare_signals(["a", "b"], [record(**signals), record(**signals | changed)]).against_first
+    return against.largest and against.largest.signal.removeprefix("rotor_contact.")
+
+
+def test_the_signal_named_is_a_motion_or_a_force_rather_than_a_flag_or_a_balance():
+    """The balance differs by a hundred times its range, the flag by all of it, the orbit by a tenth."""
+    balance, flag, x = ("J", [0.0, 1e-4]), ("1", [1.0, 0.0]), ("m", [-1.1e-3, 1.1e-3])
+    assert deviating(balance=balance, flag=flag, x=x) == "x"
+    assert deviating(balance=balance, flag=flag) == "balance"
+    assert deviating(flag=flag) == "flag"
+    assert deviating(balance=balance, heat=("J", [0.0, 45.0])) == "heat"
+
+
+def test_a_motion_counts_relative_to_those_in_its_unit():
+    """The sixth digit of a site at rest is not what differs most from a run with twice the force."""
+    assert deviating(still=("m", [0.0, 1e-7]), f=("N", [0.0, 2e3])) == "f"
+    assert deviating(x=("m", [-1e-3, 1e-3 + 1e-15]), heat=("J", [0.0, 45.0])) == "heat"
+    assert deviating() is None

@@ -109,15 +109,19 @@ class FrequencyResponses(WarnedResult, DrawnResult):
     exponential_window: Annotated[float | None, "s"] = None
 
     def text(self) -> list[TextBlock]:
-        """Return tables of the modes and the deviations or, if there is no measurement, of the largest values.
+        """Return tables of the modes and the deviations or, if there is no measurement, of the largest peaks.
 
         If there is a measurement, how it was estimated and the warnings come first.
         """
         title = f"{self.rotor}, {self.loop}, {speed_unit().text(self.speed)}: "
         if all(item.measured is None for item in self.responses.values()):
-            table = text_table(f"{title}largest values", ("response", "", "at (Hz)", "phase (deg)"), left=("response",))
+            table = text_table(f"{title}largest peaks", ("response", "", "at (Hz)", "phase (deg)"), left=("response",))
+            beyond = []
             for name, item in self.responses.items():
-                top = int(np.argmax(np.abs(item.computed)))
+                top = _largest_peak(np.abs(item.computed))
+                if (end := int(np.argmax(np.abs(item.computed)))) in (0, len(item.computed) - 1):
+                    at_end = f"{abs(item.computed[end]):.4g} {item.unit} at {item.frequencies[end]:.4g} Hz"
+                    beyond.append(f"{name}: largest at an end of the range, {at_end}")
                 phase = f"{np.degrees(np.angle(item.computed[top])):z.1f}"
                 size = f"{abs(item.computed[top]):.4g} {item.unit}"
                 if _is_unbounded(item.frequencies, np.abs(item.computed), top):
@@ -125,7 +129,7 @@ class FrequencyResponses(WarnedResult, DrawnResult):
                 elif not item.computed.any():
                     phase = "-"
                 table.add_row(name, size, f"{item.frequencies[top]:.4g}", phase)
-            return [table, *self.warning_lines()]
+            return [table, *beyond, *self.warning_lines()]
         heads = ("measured (Hz)", "computed (Hz)", "(%)", "damping ratio", "computed ratio", "MAC")
         modes = text_table(f"{title}modes", heads)
         for mode in self.modes:
@@ -458,6 +462,16 @@ def _requested(
         for output in outputs
         for source in inputs
     ]
+
+
+def _largest_peak(sizes: Array) -> int:
+    """Return the index of the largest local maximum; of the largest value if there is none.
+
+    A free rotor moves as a rigid body at low frequencies, where |H| grows without bound with 1/(m omega^2), so the
+    largest value is that of the lowest frequency and no resonance.
+    """
+    inside = np.flatnonzero((sizes[1:-1] > sizes[:-2]) & (sizes[1:-1] >= sizes[2:])) + 1
+    return int(inside[np.argmax(sizes[inside])] if inside.size else np.argmax(sizes))
 
 
 def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,8 @@ from amb_cosim.cosim.record.signals import AT_STEPS, Signals, variables_of
 from amb_cosim.results.signal_arrays import cycles, finite_signals, not_finite
 
 MOST_NAMES = 6  # most names in a printed list
+OBSERVED = ("m", "N", "A", "V", "rad/s", "K")  # units of signals that are preferred to energies, angles and flags
+NOTABLE = 1e-6  # of the range: a smaller difference of such a signal is not preferred
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,9 @@ class AgainstFirst:
     not_finite
         Common signals that differ and have non-finite values in at least one of the two runs.
     largest
-        Difference of the signal that deviates most relative to its range in the first run; None if all signals that
-        differ are constant in the first run.
+        Difference of the signal that deviates most, relative to the largest range of any signal with its unit in the
+        two runs. Motions, forces, currents, speeds and temperatures are preferred to other signals, of which flags and
+        counts come last. None if no signal with a range differs.
     """
 
     label: str
@@ -123,24 +126,38 @@ def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> 
     compared = [*names]
     if not shorter or not np.array_equal(times, first_times):
         return AgainstFirst(label, False, len(compared), 0, None)
-    equal, worst, left_out = 0, 0.0, {*finite_signals(first)[1], *finite_signals(run)[1]}
+    equal, left_out = 0, {*finite_signals(first)[1], *finite_signals(run)[1]}
     unequal = []
-    largest: LargestDifference | None = None
+    ranges: dict[str, float] = {}  # largest range of the signals of a unit
+    differing: list[LargestDifference] = []
     for name in compared:
         reference, values = (np.asarray(record[name].values[:shorter], dtype=np.float64) for record in (first, run))
+        unit = _unit(first, name)
+        if name not in left_out:
+            ranges[unit] = max(ranges.get(unit, 0.0), float(np.ptp(reference)), float(np.ptp(values)))
         if np.array_equal(values, reference, equal_nan=True):
             equal += 1
-            continue
-        if name in left_out:
+        elif name in left_out:
             unequal.append(name)
-            continue
-        unit = str(first[name].attrs.get("units", ""))
-        difference = differences(values, reference, unit)
-        at = int(np.argmax(difference))
-        span = float(np.ptp(reference))
-        if span > 0.0 and difference[at] > worst * span:
-            worst = float(difference[at]) / span
-            largest = LargestDifference(
-                name, "" if unit == "1" else unit, float(difference[at]), float(cycles(first)[at])
-            )
-    return AgainstFirst(label, True, len(compared), equal, largest, tuple(unequal))
+        else:
+            difference = differences(values, reference, unit)
+            at = int(np.argmax(difference))
+            differing.append(LargestDifference(name, unit, float(difference[at]), float(cycles(first)[at])))
+    return AgainstFirst(label, True, len(compared), equal, _largest(differing, ranges), tuple(unequal))
+
+
+def _unit(record: Signals, name: str) -> str:
+    unit = str(record[name].attrs.get("units", ""))
+    return "" if unit == "1" else unit
+
+
+def _largest(differing: Iterable[LargestDifference], ranges: Mapping[str, float]) -> LargestDifference | None:
+    """Return the difference that a user would ask for first: see `AgainstFirst.largest`."""
+
+    def rank(item: LargestDifference) -> tuple[bool, bool, float]:
+        share = item.difference / ranges[item.unit]
+        return item.unit in OBSERVED and share > NOTABLE, item.unit != "", share
+
+    return max(
+        (item for item in differing if ranges[item.unit] > 0.0 and item.difference > 0.0), key=rank, default=None
+    )
