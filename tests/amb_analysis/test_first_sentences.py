@@ -16,6 +16,8 @@ from amb_analysis.studies.stability_margin import StabilityMargin
 from amb_analysis.studies.trap_states import KINDS, Regime, SynchronousState
 from amb_cosim.presentation.text_tables import rendered
 from amb_cosim.presentation.units import speed_unit, units
+from rotor_analysis.assembly import assemble
+from rotor_analysis.damping import free_modes
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names
 
@@ -204,3 +206,14 @@ def test_rotor_says_where_the_plant_is_wrong_for_unbalance_and_what_helps(top_sp
     assert len(advice) == (cure is not None)
     if cure is not None:
         assert_names(advice[0], rpm(200.0), "26 %", cure)
+
+
+def test_response_of_a_free_rotor_names_its_resonance_beside_the_end_of_the_range():
+    """The rigid motion, 1/(m omega^2), is largest at the lowest frequency; the first bending mode is the peak."""
+    rotor = load_rotor("bath_rig")
+    full = assemble(rotor)
+    bending = free_modes(full.M[::2, ::2], full.K[::2, ::2])[0][0] / (2.0 * math.pi)
+    result = studies.response(rotor="bath_rig", inputs=["d2.f_x"], outputs=["mb1.x"])
+    at_end = str(result.text()[1])
+    assert float(str(result).split("m/N")[1].split()[0]) == pytest.approx(bending, rel=1e-3)
+    assert_names(at_end, "mb1.x/d2.f_x", "at an end", "1 Hz")

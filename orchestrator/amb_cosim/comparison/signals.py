@@ -152,7 +152,7 @@ def _unit(record: Signals, name: str) -> str:
 
 
 def _largest(differing: Iterable[LargestDifference], ranges: Mapping[str, float]) -> LargestDifference | None:
-    """Return the difference that a user would ask for first: see `AgainstFirst.largest`."""
+    """Return the difference that matters most to a user (`AgainstFirst.largest`)."""
 
     def rank(item: LargestDifference) -> tuple[bool, bool, float]:
         share = item.difference / ranges[item.unit]

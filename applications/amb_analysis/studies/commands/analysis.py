@@ -353,7 +353,7 @@ study.add_examples(
         "linearisation": ("study linearisation drop", "study linearisation pump/levitation.toml --bias-current '4 A'"),
         "receptance": ("study receptance --rotor compressor", "study receptance --rotor compressor --up-to '150 Hz'"),
         "response": (
-            "study response compressor_levitated",
+            "study response pump/run.toml --input fan.f_x --response eye.x",
             "study response --rotor pump/rotor.toml --measured impact.csv",
         ),
         "fit": (
