@@ -59,6 +59,7 @@ from rotor_contact.whole_steps.constant_speed import follow, use_constant_speed,
 from rotor_contact.whole_steps.exact_motion import take_whole_step
 
 NO_MATRICES_YET = -1
+STEPS_AHEAD = 128.0  # at a constant speed, in which the matrices of the grid are built for a speed that may change
 REJECTED, ENDS, HAS_EVENT = range(3)  # result of a piece: not smooth or too long for its event; no event; an event
 SERIES_REACH = 2.4  # length of a piece, short enough for a series of the motion, times the highest rate of change
 TIME_TOLERANCE = 1e-12  # of a step
@@ -175,7 +176,8 @@ def choose_matrices(
 ) -> bool:
     """Build and choose the matrices of a step, for a constant speed or on the grid; return whether they can be used.
 
-    At a constant speed, matrices of the grid are built in advance only for a spin that may be released.
+    At a constant speed, matrices of the grid are built in advance: within `STEPS_AHEAD` steps for a speed that may
+    change, and sooner for a spin that may be released.
     """
     motion, key, constant, speed = w.motion, x.matrices_key, x.constant, x.constant.speed[0]
     is_prescribed = w.spin[0].row < 0
@@ -187,8 +189,15 @@ def choose_matrices(
     share, is_known = min(n_steps / STEPS_BEFORE_BUILD, 1.0), is_constant and speed.is_known != 0.0
     use_grid(matrices)
     can_use = False
-    if share > 0.0 and (not is_constant or may_turn or (not is_known and share == 1.0 and speed.uses_grid != 0.0)):
-        can_use = update_matrices(structure, motion, w.sites, key, matrices, share)
+    needs_grid = not is_constant or may_turn or (not is_known and share == 1.0 and speed.uses_grid != 0.0)
+    is_ahead = is_known and is_prescribed and speed.n_grid < STEPS_AHEAD
+    if share == 0.0:
+        speed.n_grid = 0.0
+    elif is_ahead and not needs_grid:
+        speed.n_grid += 1.0
+    if share > 0.0 and (needs_grid or is_ahead):
+        ahead = share if needs_grid else min(share, speed.n_grid / STEPS_AHEAD)
+        can_use = update_matrices(structure, motion, w.sites, key, matrices, ahead)
     if is_constant and use_constant_speed(structure, motion, w.sites, key, matrices, constant):
         return True
     if can_use:

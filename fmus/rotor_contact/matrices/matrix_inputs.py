@@ -95,6 +95,23 @@ def _combine_built(matrices: StepMatrices, slot: int, level: int) -> None:
 
 
 @kernel
+def combine_ahead(matrices: StepMatrices, slot: int) -> bool:
+    """Combine or interpolate one level of a slot before it is used; return False if there is none left."""
+    inputs = matrices.sizes[0].inputs
+    for level in range(int(matrices.sizes[0].n_levels)):
+        if matrices.combined[slot * MAX_LEVELS + level] != inputs:
+            if slot < N_NEAR and matrices.sizes[0].stride > 1.0:
+                for i in range(3):
+                    built = built_slot_of(middle_of(matrices.slots[slot].index) - 1.0 + i)
+                    if matrices.combined[built * MAX_LEVELS + level] != inputs:
+                        _combine_built(matrices, built, level)
+                        return True
+            combine(matrices, slot, level)
+            return True
+    return False
+
+
+@kernel
 def is_derived(matrices: StepMatrices, which: int) -> bool:
     """Return whether the matrices of a whole step at a constant speed were derived for the present amplitudes."""
     return bool(matrices.combined[ALL_SLOTS * MAX_LEVELS + which] == matrices.sizes[0].inputs)
@@ -177,6 +194,8 @@ def _combine_form(matrices: StepMatrices, H: Array) -> None:
                 for r in range(first + 4, units):
                     H[r, first + c] += share * of_unit[r]
                 for other in range(n_units):
+                    if matrices.amplitudes[other] == 0.0 and matrices.amplitudes[other ^ 1] == 0.0:
+                        continue
                     pair = share * H[units + max(unit, other), units + min(unit, other)]
                     for d in range(c + 1):
                         row[first + d] += pair * _share(matrices, d, other) * _weight(c == d, unit == other)

@@ -12,6 +12,7 @@ from fmi_export.model import Array
 from rotor_contact.contact.site import Sites
 from rotor_contact.forces.dynamics import Motion
 from rotor_contact.forces.passive_bearings import same_passive, set_passive
+from rotor_contact.matrices.matrix_inputs import combine_ahead
 from rotor_contact.matrices.matrix_levels import choose_levels
 from rotor_contact.matrices.matrix_rows import build_slot, is_complete, share_of
 from rotor_contact.matrices.matrix_sizes import N_SITE_KEY
@@ -114,6 +115,10 @@ def update_matrices(
         return False
     if n_near > 1:
         _look_ahead(structure, motion, sites, matrices, is_direct, index)
+    if not combine_ahead(matrices, slot_of(low)) and n_near > 1 and not combine_ahead(matrices, slot_of(low + 1.0)):
+        following = low + 2.0 if index - low > 0.5 else low - 1.0
+        if _complete(matrices, following):
+            combine_ahead(matrices, slot_of(following))
     return True
 
 

@@ -324,8 +324,9 @@ def _form(A: Array, x: Array, size: int, triangular: int) -> float:
     i = 0
     while i + 8 <= size:
         a = b = c = d = e = f = g = h = 0.0
-        for j in range(i * triangular, size):
-            w, row = x[j], part(A, j * n + i, REAL, 8)
+        first = i * triangular
+        for j in range(size - first):  # from 0: an index that may be negative is checked in each pass
+            w, row = part(x, first + j, REAL, 1)[0], part(A, (first + j) * n + i, REAL, 8)
             a += w * row[0]
             b += w * row[1]
             c += w * row[2]

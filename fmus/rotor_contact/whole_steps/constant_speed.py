@@ -25,6 +25,7 @@ from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.contact.site import Sites
 from rotor_contact.forces.dynamics import Motion
+from rotor_contact.matrices.matrix_inputs import combine_ahead
 from rotor_contact.matrices.matrix_levels import choose_levels
 from rotor_contact.matrices.matrix_rows import build_slot, is_complete
 from rotor_contact.matrices.matrix_schedule import STEPS_BEFORE_BUILD, count_of_steps
@@ -38,9 +39,15 @@ NEAR = 0.1  # of the largest gradient, by which gradients may differ from those 
 PATIENCE = 96.0  # steps with gradients farther away, before matrices with them are built
 
 # The speed (rad/s), whether there are matrices for it, the number of steps for the next ones, and whether the matrices
-# of the grid have been used with this key.
-SPEED = record(("Omega", np.float64), ("is_known", np.float64), ("n_steps", np.float64), ("uses_grid", np.float64))
-N_SPEED = size_of(SPEED)
+# of the grid have been used with this key, and the number of steps for which these have been built ahead.
+SPEED = record(
+    ("Omega", np.float64),
+    ("is_known", np.float64),
+    ("n_steps", np.float64),
+    ("uses_grid", np.float64),
+    ("n_grid", np.float64),
+)
+N_SPEED = size_of(SPEED) + size_of(SPEED) % 2  # even, as all places of parts
 
 
 class ConstantSpeed(NamedTuple):
@@ -151,6 +158,7 @@ def use_constant_speed(
         return False
     sizes.place, sizes.isotropic = CONSTANT + which, matrices.slots[FIRST_CONSTANT + which].isotropic
     copy(matrices.constant[which, 1:], matrices.gradients)
+    combine_ahead(matrices, FIRST_CONSTANT + which)
     return True
 
 

@@ -17,6 +17,7 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
+from fmi_export.parts import part
 from rotor_contact.contact.site import Sites
 from rotor_contact.contact.workspace import Workspace, stages_of
 from rotor_contact.forces.dynamics import Motion, accelerations, forces, unbalance_direction
@@ -26,6 +27,7 @@ from rotor_contact.matrices.speed_grid import CONSTANT
 from rotor_contact.matrices.step_matrices import Level, StepMatrices, coefficients_at, level_of, powers_of
 from rotor_contact.pieces.piece_ports import magnet_force, port_of_site
 from rotor_contact.shaft.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO
+from rotor_contact.shaft.structure import REAL
 from rotor_contact.whole_steps.whole_step_rows import (
     WholeStep,
     count_of,
@@ -48,6 +50,14 @@ def derive_whole_step(
     combine(matrices, FIRST_CONSTANT + which, 0)
     note_derived(matrices, which)
     whole, level = whole_step_of(matrices, which), level_of(matrices, FIRST_CONSTANT + which, 0)
+    summed = part(matrices.pieces, 0, REAL, (whole.F.shape[0], N_LOBATTO))
+    for row in range(whole.F.shape[0]):
+        for i in range(N_LOBATTO):
+            summed[row, i] = row_of(matrices, row, i) if i < count_of(matrices, row) else -1.0
+    turns = part(matrices.pieces, N_LOBATTO * whole.F.shape[0], REAL, (2, N_LOBATTO))
+    for point in range(N_LOBATTO):
+        phi = motion.Omega * matrices.sizes[0].step_size * LOBATTO_POINTS[point]
+        turns[0, point], turns[1, point] = math.cos(phi), math.sin(phi)
     for row in range(whole.F.shape[0]):
         if is_new or is_of_inputs(matrices, row):
             _sum_motion(matrices, level, whole, row)
@@ -67,14 +77,21 @@ def derive_whole_step(
 @kernel
 def _sum_form(matrices: StepMatrices, form: Array, target: Array, adds: bool, is_new: bool) -> None:
     """Write or add the lower triangle of a quadratic form of a step; elements off the diagonal are doubled."""
+    summed = part(matrices.pieces, 0, REAL, (target.shape[0], N_LOBATTO))
     for row in range(target.shape[0]):
-        for other in range(row + 1):
-            if not (is_new or is_of_inputs(matrices, row) or is_of_inputs(matrices, other)):
-                continue
+        first, end = 0, row + 1
+        if not (is_new or is_of_inputs(matrices, row)):
+            first, end = 2 * int(matrices.sizes[0].n), min(row + 1, 2 * int(matrices.sizes[0].n) + 4)
+        for other in range(first, end):
             total = 0.0
-            for i in range(count_of(matrices, row)):
-                for j in range(count_of(matrices, other)):
-                    u, v = row_of(matrices, row, i), row_of(matrices, other, j)
+            for i in range(N_LOBATTO):
+                u = int(summed[row, i])
+                if u < 0:
+                    break
+                for j in range(N_LOBATTO):
+                    v = int(summed[other, j])
+                    if v < 0:
+                        break
                     total += form[u, u] if u == v else 0.5 * form[max(u, v), min(u, v)]
             total *= 1.0 if row == other else 2.0
             target[row, other] = target[row, other] + total if adds else total
@@ -145,6 +162,7 @@ def _observe_work(motion: Motion, matrices: StepMatrices, level: Level, whole: W
     """
     n, n_ports, force = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), forces(motion)
     turn = motion.Omega * matrices.sizes[0].step_size
+    turns = part(matrices.pieces, N_LOBATTO * whole.F.shape[0], REAL, (2, N_LOBATTO))
     a = b = 0.0
     for i in range(count_of(matrices, row)):
         u = row_of(matrices, row, i)
@@ -155,9 +173,9 @@ def _observe_work(motion: Motion, matrices: StepMatrices, level: Level, whole: W
                 cosine, sine = level.S[u, at], level.S[u, at + 1]
             elif u < force.cosine.shape[0]:
                 cosine, sine = force.cosine[u], force.sine[u]
-            phi, share = turn * LOBATTO_POINTS[point], turn * LOBATTO_WEIGHTS[point]
-            along = cosine * math.cos(phi) + sine * math.sin(phi)
-            across = sine * math.cos(phi) - cosine * math.sin(phi)
+            share = turn * LOBATTO_WEIGHTS[point]
+            along = cosine * turns[0, point] + sine * turns[1, point]
+            across = sine * turns[0, point] - cosine * turns[1, point]
             a -= share * across
             b += share * along
             if point == 0:
