@@ -163,17 +163,17 @@ def _pass_piece(
     can_solve = level < sizes.n_levels and not is_any_compliant(w.sites) and is_slow(w, h)
     if not (can_solve and complete_speeds(matrices, index)):
         return REJECTED, 0.0
-    are_valid, before = find_forces_at(w, matrices, stages.z, theta, Omega)
+    are_valid, torque = find_forces_at(w, matrices, stages.z, theta, Omega)
     if not are_valid:
         return REJECTED, 0.0
     never = int(sizes.n_levels)  # a piece is not cut
-    outcome, share, roughness, taken = try_piece(w, matrices, level, index, h, 1.0, theta, Omega, before.torque, never)
+    outcome, share, roughness, of_damping = try_piece(w, matrices, level, index, h, 1.0, theta, Omega, torque, never)
     if outcome == REJECTED:
         return REJECTED, roughness if share == 1.0 else 0.0
     after_theta, after_Omega = angle_and_speed_after(w, stages.z_new, theta, Omega, h)
-    are_valid, after = find_forces_at(w, matrices, stages.z_new, after_theta, after_Omega)
+    are_valid, _ = find_forces_at(w, matrices, stages.z_new, after_theta, after_Omega)
     if not are_valid:
         return REJECTED, 0.0
-    add_energies(w, matrices, h, taken, math.nan, before, after)
+    add_energies(w, matrices, h, of_damping, math.nan)
     copy(stages.z_new, stages.z)
     return ENDS, roughness

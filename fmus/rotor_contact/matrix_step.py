@@ -33,14 +33,14 @@ from rotor_contact.matrices.matrix_schedule import (
 )
 from rotor_contact.matrices.speed_grid import note_use, place_on_grid
 from rotor_contact.matrices.step_matrices import StepMatrices
+from rotor_contact.pieces.piece import advance_rotations
 from rotor_contact.pieces.piece_cut import cut_piece
 from rotor_contact.pieces.piece_energy import (
-    ShaftDamping,
+    Damping,
     add_energies,
-    add_slope,
-    damping_of_shaft,
-    energy_taken,
-    known_damping,
+    damping_in_piece,
+    torque_of_damping,
+    with_missed,
 )
 from rotor_contact.pieces.piece_events import find_event
 from rotor_contact.pieces.piece_solution import (
@@ -98,7 +98,7 @@ def _advance_by_pieces(
     z, z_new, finest, series = stages.z, stages.z_new, int(sizes.n_levels) - 1, series_level(matrices)
     shortest = SHORTEST_FLIGHT * 0.5**finest * step_size
     theta, Omega = w.motion.theta, w.motion.Omega
-    are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
+    are_valid, torque = find_forces_at(w, matrices, z, theta, Omega)
     # shares of the step: the part done, and that before which no event is expected; the least level of the next piece
     done, next_event, least_level, n_events = 0.0, 1.0, 0, 0
     while done < 1.0 - TIME_TOLERANCE:
@@ -112,8 +112,8 @@ def _advance_by_pieces(
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
         if can_solve and complete_speeds(matrices, index):
             latest = min(left * 2.0**level, 1.0)
-            outcome, share, roughness, taken = try_piece(
-                w, matrices, level, index, h, latest, theta, Omega, damping.torque, series
+            outcome, share, roughness, of_damping = try_piece(
+                w, matrices, level, index, h, latest, theta, Omega, torque, series
             )
             if outcome != REJECTED:
                 new_theta, new_Omega = angle_and_speed_after(w, z_new, theta, Omega, share * h)
@@ -121,11 +121,11 @@ def _advance_by_pieces(
                 ends_in_tension = outcome == ENDS and share == 1.0 and not valid_after and level < finest
                 if ends_in_tension or not complete_speeds(matrices, place_on_grid(matrices, new_Omega)):
                     outcome, share, roughness = REJECTED, 1.0, TOO_ROUGH
-                    are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
+                    are_valid, torque = find_forces_at(w, matrices, z, theta, Omega)
             if outcome != REJECTED:
-                add_energies(w, matrices, share * h, taken, math.nan, damping, after)
+                add_energies(w, matrices, share * h, of_damping, math.nan)
                 copy(z_new, z)
-                theta, Omega, damping, are_valid = new_theta, new_Omega, after, True
+                theta, Omega, torque, are_valid = new_theta, new_Omega, after, True
                 done, least_level = done + share * 0.5**level, 0
                 if level > 0 or outcome == HAS_EVENT:
                     memory.method = max(memory.method, PIECES)
@@ -135,7 +135,7 @@ def _advance_by_pieces(
                     if fault != 0:
                         return fault
                     theta, Omega = angle_and_speed_after(w, z, theta, Omega, 0.0)
-                    are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
+                    are_valid, torque = find_forces_at(w, matrices, z, theta, Omega)
                 elif level == int(memory.level) and roughness * OF_TWICE_THE_LENGTH <= LONGER_BELOW:
                     memory.level = max(level - 1.0, 0.0)
                 continue
@@ -154,7 +154,7 @@ def _advance_by_pieces(
         memory.method = EVENTS
         memory.level = float(finest) if is_any_constrained(w.sites) else 0.0
         done, next_event, least_level = done + length, 1.0, 0
-        are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
+        are_valid, torque = find_forces_at(w, matrices, z, theta, Omega)
     return 0
 
 
@@ -217,35 +217,41 @@ def try_piece(
     Omega: float,
     torque: float,
     first_cut: int,
-) -> tuple[int, float, float, float]:
+) -> tuple[int, float, float, Damping]:
     """Solve a piece of length h (s) up to its share `latest` or an earlier event; write the state there to z_new.
 
-    Returns how and after which share the piece ended, the roughness of its forces, and the energy (J) that dampers
-    took. A piece that has to be cut is rejected if its level is less than `first_cut`. In that case, no event occurs
-    before the returned share.
+    Returns how and after which share the piece ended, the roughness of its forces, and heat and work of damping. A
+    piece that has to be cut is rejected if its level is less than `first_cut`. In that case, no event occurs before the
+    returned share.
     """
     note_use(matrices, level, index)
+    nothing = Damping(0.0, 0.0, 0.0)
     begin_piece(w, matrices, level, index)
     if not solve_piece(w, matrices, level, index, h, theta, Omega, torque):
-        return REJECTED, 1.0, TOO_ROUGH, 0.0
+        return REJECTED, 1.0, TOO_ROUGH, nothing
     share, roughness = smooth_share(w, matrices, h)
     if roughness > (1.0 if level + 1.0 < matrices.sizes[0].n_levels else ROUGHEST):
-        return REJECTED, 1.0, roughness, 0.0
+        return REJECTED, 1.0, roughness, nothing
     complete_forces(matrices)
     if share < latest or latest < 1.0:
         if level < first_cut or (roughness > ROUGHEST_CUT and level + 1.0 < matrices.sizes[0].n_levels):
-            return REJECTED, share, roughness, 0.0
+            return REJECTED, share, roughness, nothing
         n_terms, event = find_event(w, matrices, index, h, share, latest)
         if n_terms == 0:
-            return REJECTED, share, roughness, 0.0
+            return REJECTED, share, roughness, nothing
         has_event = event <= latest
         if has_event or latest < 1.0:
             end = event if has_event else latest
-            taken = cut_piece(w, matrices, index, n_terms, h, end, torque, has_event)
-            return HAS_EVENT if has_event else ENDS, end, roughness, taken
+            of_part = cut_piece(w, matrices, index, n_terms, h, end, has_event)
+            return HAS_EVENT if has_event else ENDS, end, roughness, of_part
+    of_damping = damping_in_piece(w, matrices, level, index)
+    if w.spin[0].row >= 0 and w.motion.is_damped:  # its torque so far is that at the start
+        advance_rotations(w, matrices, h, of_damping.impulse / h)
     if not end_piece(w, matrices, level, index, h):
-        return REJECTED, 1.0, TOO_ROUGH, 0.0
-    return ENDS, 1.0, roughness, energy_taken(matrices, level, index)
+        return REJECTED, 1.0, TOO_ROUGH, nothing
+    if matrices.sizes[0].powered == 2.0 and index > math.floor(index):
+        of_damping = with_missed(w, matrices, index, h, of_damping)
+    return ENDS, 1.0, roughness, of_damping
 
 
 @noinline_kernel
@@ -301,19 +307,13 @@ def level_for(level: int, roughness: float, n_levels: int) -> float:
 
 
 @kernel
-def find_forces_at(
-    w: Workspace, matrices: StepMatrices, z: Array, theta: float, Omega: float
-) -> tuple[bool, ShaftDamping]:
-    """Find the contact forces at z; return whether they are valid, the damping torque, and the power of the seals."""
+def find_forces_at(w: Workspace, matrices: StepMatrices, z: Array, theta: float, Omega: float) -> tuple[bool, float]:
+    """Find the contact forces at z; return whether they are valid, and the torque of damping on a free spin."""
     index = place_on_grid(matrices, Omega)
     if not complete_speeds(matrices, index):
-        return False, ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0)
-    has_seals = w.motion.seals.records.shape[1] > 0
-    damping = damping_of_shaft(w, Omega, z) if has_seals else known_damping(w, matrices, Omega, z)
-    holds = find_contact_forces(w, matrices, z, index, theta, Omega, damping.torque)
-    if has_seals:
-        damping = add_slope(w, matrices, z, index, theta, Omega, damping)
-    return holds, damping
+        return False, 0.0
+    torque = torque_of_damping(w, Omega, z)
+    return find_contact_forces(w, matrices, z, index, theta, Omega, torque), torque
 
 
 @kernel

@@ -12,7 +12,7 @@ from rotor_contact.matrices.speed_grid import place_on_grid
 from rotor_contact.matrix_step import find_forces_at
 from rotor_contact.pieces.piece import piece_of
 from rotor_contact.pieces.piece_cut import cut_piece
-from rotor_contact.pieces.piece_energy import energy_taken
+from rotor_contact.pieces.piece_energy import damping_in_piece
 from rotor_contact.pieces.piece_series import expand, journal_at, state_at
 from rotor_contact.pieces.piece_solution import begin_piece, complete_forces, end_piece, solve_piece
 from rotor_contact.shaft.lobatto import LOBATTO_POINTS, first_fall, restrict
@@ -40,16 +40,15 @@ class SolvedPiece:
         self.z, self.z_new = stages_of(self.w.stages).z, stages_of(self.w.stages).z_new
         self.z[: 2 * self.w.n] = state(x)[: 2 * self.w.n]
         self.index = place_on_grid(self.matrices, self.Omega)
-        holds, self.damping = find_forces_at(self.w, self.matrices, self.z, 0.0, self.Omega)
+        holds, torque = find_forces_at(self.w, self.matrices, self.z, 0.0, self.Omega)
         assert holds
         begin_piece(self.w, self.matrices, LEVEL, self.index)
-        torque = self.damping.torque
         assert solve_piece(self.w, self.matrices, LEVEL, self.index, self.h, 0.0, self.Omega, torque)
         complete_forces(self.matrices)
         assert end_piece(self.w, self.matrices, LEVEL, self.index, self.h)
         self.n = int(self.matrices.sizes[0].n)
         self.end = np.concatenate([self.z_new[: self.n], self.z_new[self.w.n : self.w.n + self.n]])
-        self.taken = energy_taken(self.matrices, LEVEL, self.index)
+        self.of_damping = damping_in_piece(self.w, self.matrices, LEVEL, self.index)
         self.n_terms = expand(self.w, self.matrices, self.index, self.h, 1.0)
 
 
@@ -75,9 +74,10 @@ def test_velocity_of_a_journal_is_the_rate_of_its_displacement(piece):
 
 def test_work_of_dampers_over_a_cut_is_the_quadratic_form(piece):
     """Gauss's quadrature of the power over the series, and the form built by doubling, share no code."""
-    taken = cut_piece(piece.w, piece.matrices, piece.index, piece.n_terms, piece.h, 1.0, piece.damping.torque, False)
-    assert piece.taken != 0.0
-    assert taken == pytest.approx(piece.taken, rel=1e-5)
+    of_damping = cut_piece(piece.w, piece.matrices, piece.index, piece.n_terms, piece.h, 1.0, False)
+    assert piece.of_damping.heat > 0.0
+    assert of_damping.heat == pytest.approx(piece.of_damping.heat, rel=1e-5)
+    assert of_damping.impulse == pytest.approx(piece.of_damping.impulse, rel=1e-5)
 
 
 @pytest.mark.parametrize("share", [0.35, 1.0])
@@ -85,7 +85,7 @@ def test_slip_over_a_cut_is_that_of_the_motion_at_its_points(piece, share):
     """The heat of friction comes from it. The spin turns as over the whole piece."""
     y, site = np.empty(2 * piece.n), piece.w.sites[0]
     spin = piece_of(piece.matrices).spin[0].copy()
-    cut_piece(piece.w, piece.matrices, piece.index, piece.n_terms, piece.h, share, piece.damping.torque, False)
+    cut_piece(piece.w, piece.matrices, piece.index, piece.n_terms, piece.h, share, False)
     for point in range(1, len(LOBATTO_POINTS)):
         at = share * LOBATTO_POINTS[point]
         state_at(piece.matrices, piece.n_terms, at, y)

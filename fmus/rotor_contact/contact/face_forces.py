@@ -250,18 +250,6 @@ def _apply(w: Workspace, z: Array, Omega: float, a: Array) -> None:
                 a[site.race] -= face.torque / site.race_inertia
 
 
-@noinline_kernel
-def add_accelerations(w: Workspace, z: Array, Omega: float, a: Array) -> None:
-    """Add the accelerations of the shaft at z that are due to the pushing seats."""
-    m = w.Minv.shape[0]
-    records, rows = faces_of(w.faces, m)
-    for k in range(records.shape[0]):
-        if is_pressing(records[k]):
-            at, E = forces_at(records[k], face_motion(w, k, z, Omega)), rows[8 * k + 4 :]
-            for i in range(m):
-                a[i] += at.f_x * E[0, i] + at.f_y * E[1, i] + at.m_x * E[2, i] + at.m_y * E[3, i]
-
-
 @inlined_kernel
 def write_face_rates(w: Workspace, Omega: float, dz: Array) -> None:
     """Add the heat and work of the faces to `dz`, the rates of all integrals."""

@@ -1,9 +1,9 @@
-"""Energy that the dampers take from the lateral motion over a piece, as a quadratic form of x (`step_matrices`).
+"""Heat of all dampers over a piece, as a quadratic form of x (`step_matrices`).
 
-    D(h) = int_0^h [v^T C v + v^T R (v - Omega J q)] dt = x^T H x
+    D(h) = int_0^h [v^T C v + (v - Omega J q)^T R (v - Omega J q)] dt = x^T H x
 
-C contains the dampers of passive bearings, of mounts, and between shaft and ground; R contains the dampers that rotate
-with the shaft. Seals are not included. Quadrature over a piece would not resolve modes that vibrate several times in
+C contains the dampers of passive bearings, of mounts, of seals, and between shaft and ground; R contains the dampers
+that rotate with the shaft. Quadrature over a piece would not resolve modes that vibrate several times in
 it; H covers these modes. The H of the shortest piece follows from Lobatto's quadrature, and the H of longer pieces from
 doubling. With x' and x'' at the beginnings of the two halves (`matrix_rows`),
 
@@ -25,7 +25,17 @@ from rotor_contact.forces.dynamics import Motion
 from rotor_contact.forces.passive_bearings import is_damping
 from rotor_contact.matrices.step_matrices import StepMatrices, inner_motion, level_of, rows_of_x, unbalances_of
 from rotor_contact.shaft.lobatto import FIRST_HALF, LOBATTO_WEIGHTS, N_LOBATTO, SECOND_PART
-from rotor_contact.shaft.products import dot, dot_between, isotropic_dots, isotropic_dots_between, row_combination
+from rotor_contact.shaft.products import (
+    dot,
+    dot_between,
+    four_dots,
+    isotropic_dots,
+    isotropic_dots_between,
+    row_combination,
+    two_dots_between,
+    two_isotropic_dots_between,
+)
+from rotor_contact.shaft.seals import add_seal_heat
 from rotor_contact.shaft.structure import Structure
 
 
@@ -100,21 +110,19 @@ def add_point(
 def _apply_dampers(
     structure: Structure, motion: Motion, sites: Sites, Omega: float, y: Array, damped: Array, room: Array
 ) -> None:
-    """Multiply y = (q, v) by the symmetric matrix of the dampers' power; write the product into `damped`."""
+    """Multiply y = (q, v) by the symmetric matrix of the dampers' heat; write the product into `damped`."""
     n, m = y.shape[0] // 2, structure.K.shape[0]
     C, R = structure.forms[m : 2 * m], structure.forms[2 * m : 3 * m]
     q, v, x, of_x = y[:n], y[n:], room[:m], room[m : 2 * m]
     damped[:] = 0.0
     copy(v[:m], x)
-    row_combination(x, R, of_x, m)
-    for i in range(0, m, 2):
-        damped[i], damped[i + 1] = -0.5 * Omega * of_x[i + 1], 0.5 * Omega * of_x[i]
     row_combination(x, C, of_x, m)
-    for i in range(m):
-        damped[n + i] = of_x[i]
+    copy(of_x, damped[n : n + m])
     for i in range(0, m, 2):
-        x[i], x[i + 1] = v[i] + 0.5 * Omega * q[i + 1], v[i + 1] - 0.5 * Omega * q[i]
+        x[i], x[i + 1] = v[i] + Omega * q[i + 1], v[i + 1] - Omega * q[i]
     row_combination(x, R, of_x, m)
+    for i in range(0, m, 2):
+        damped[i], damped[i + 1] = -Omega * of_x[i + 1], Omega * of_x[i]
     for i in range(m):
         damped[n + i] += of_x[i]
     for bearing in motion.bearings:
@@ -124,6 +132,7 @@ def _apply_dampers(
         if site.housing >= 0:
             damped[n + site.housing] += site.mount_damping_x * v[site.housing]
             damped[n + site.housing + 1] += site.mount_damping_y * v[site.housing + 1]
+    add_seal_heat(motion.seals, Omega, y, n, damped)
 
 
 @noinline_kernel
@@ -206,8 +215,8 @@ def _multiply(H: Array, x: Array, n_dense: int, y: Array) -> None:
 
 
 @noinline_kernel
-def energy_of_dampers(x: Array, low: Array, high: Array, share: float, isotropic: bool) -> float:
-    """Return x^T H x (J), with H interpolated between two speeds; an isotropic rotor requires only every second row."""
+def form_of_piece(x: Array, low: Array, high: Array, share: float, isotropic: bool) -> float:
+    """Return x^T H x, with H interpolated between two speeds; an isotropic rotor requires only every second row."""
     energy = 0.0
     if isotropic:
         for r in range(0, x.shape[0], 2):
@@ -225,3 +234,56 @@ def energy_of_dampers(x: Array, low: Array, high: Array, share: float, isotropic
             of_x = dot(part_of_x, row) if share == 0.0 else dot_between(part_of_x, row, high[r, : r + 1], share)
             energy += x[r] * of_x
     return energy
+
+
+@noinline_kernel
+def heat_and_impulse_between(
+    x: Array, H_low: Array, H_high: Array, T_low: Array, T_high: Array, share: float, weight: float, isotropic: bool
+) -> tuple[float, float]:
+    """Return x^T H x and x^T T x at a point between two speeds, in one pass: H + weight (T_high - T_low), and T."""
+    heat = impulse = 0.0
+    if isotropic:
+        for r in range(0, x.shape[0], 2):
+            if x[r] != 0.0 or x[r + 1] != 0.0:
+                end = r + 2
+                of_H, of_T = two_isotropic_dots_between(
+                    x[:end], H_low[r, :end], H_high[r, :end], T_low[r, :end], T_high[r, :end], share, weight
+                )
+                heat += x[r] * of_H.real + x[r + 1] * of_H.imag
+                impulse += x[r] * of_T.real + x[r + 1] * of_T.imag
+        return heat, impulse
+    for r in range(x.shape[0]):
+        if x[r] != 0.0:
+            end = r + 1
+            heat_of_x, impulse_of_x = two_dots_between(
+                x[:end], H_low[r, :end], H_high[r, :end], T_low[r, :end], T_high[r, :end], share, weight
+            )
+            heat += x[r] * heat_of_x
+            impulse += x[r] * impulse_of_x
+    return heat, impulse
+
+
+@noinline_kernel
+def four_forms(x: Array, A: Array, B: Array, C: Array, D: Array, isotropic: bool) -> tuple[float, float, float, float]:
+    """Return x^T A x, x^T B x, x^T C x and x^T D x in one pass."""
+    a = b = c = d = 0.0
+    if isotropic:
+        for r in range(0, x.shape[0], 2):
+            if x[r] != 0.0 or x[r + 1] != 0.0:
+                end, u, v = r + 2, x[r], x[r + 1]
+                of_A, of_B = isotropic_dots(A[r, :end], x[:end]), isotropic_dots(B[r, :end], x[:end])
+                of_C, of_D = isotropic_dots(C[r, :end], x[:end]), isotropic_dots(D[r, :end], x[:end])
+                a += u * of_A.real + v * of_A.imag
+                b += u * of_B.real + v * of_B.imag
+                c += u * of_C.real + v * of_C.imag
+                d += u * of_D.real + v * of_D.imag
+        return a, b, c, d
+    for r in range(x.shape[0]):
+        if x[r] != 0.0:
+            end, u = r + 1, x[r]
+            in_a, in_b, in_c, in_d = four_dots(x[:end], A[r, :end], B[r, :end], C[r, :end], D[r, :end])
+            a += u * in_a
+            b += u * in_b
+            c += u * in_c
+            d += u * in_d
+    return a, b, c, d

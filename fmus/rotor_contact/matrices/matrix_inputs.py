@@ -23,7 +23,6 @@ from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.matrices.matrix_sizes import (
     ALL_SLOTS,
-    FIRST_CONSTANT,
     MAX_LEVELS,
     N_NEAR,
     PLANE_COLUMNS,
@@ -88,10 +87,10 @@ def _combine_built(matrices: StepMatrices, slot: int, level: int) -> None:
         _combine_rows(matrices, slot, level)
         if matrices.sizes[0].damped != 0.0:
             _combine_form(matrices, level_of(matrices, slot, level).H)
-        if slot >= FIRST_CONSTANT and matrices.powers.shape[0] > 0:
-            powers = powers_of(matrices, slot, level)
-            _combine_form(matrices, powers.heat)
-            _combine_form(matrices, powers.work)
+        if matrices.sizes[0].powered != 0.0:
+            _combine_form(matrices, powers_of(matrices, slot, level).spin)
+        if matrices.sizes[0].powered == 2.0:
+            _combine_form(matrices, powers_of(matrices, slot, level).seals)
 
 
 @kernel

@@ -50,7 +50,9 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     sizes.n_site_ports = sizes.n_ports
     for port in range(2 * structure.n_faces):
         matrices.ports[first + 2 * n_sites + n_bearings + port] = _port_of(matrices, -1 - port)  # see `row_of_face`
-    sizes.damped = 1.0 if are_there_dampers(structure, motion, sites) else 0.0
+    has_seals = motion.seals.records.shape[1] > 0
+    sizes.damped = 1.0 if has_seals or are_there_dampers(structure, motion, sites) else 0.0
+    sizes.powered = 0.0 if matrices.powers.shape[0] == 0 else (2.0 if has_seals else 1.0)
     for b in range(n_bearings):
         matrices.ports[first + 2 * n_sites + b] = _port_of(matrices, motion.bearings[b].row)
     sizes.n_rows = all_rows(int(sizes.n), int(sizes.n_ports), matrices.amplitudes.shape[0] // 2)

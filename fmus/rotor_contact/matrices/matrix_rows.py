@@ -21,7 +21,7 @@ from rotor_contact.forces.dynamics import Motion
 from rotor_contact.forces.excitation import OF_HOUSINGS, component
 from rotor_contact.matrices.matrix_dampers import double_form_row, integrate_heat_row
 from rotor_contact.matrices.matrix_levels import begin_slot, can_be_built, terms_for
-from rotor_contact.matrices.matrix_powers import double_power_rows, has_powers, integrate_power_rows
+from rotor_contact.matrices.matrix_powers import double_power_rows, integrate_power_rows
 from rotor_contact.matrices.matrix_sizes import PLANE_COLUMNS, PORT_COLUMNS, place_index
 from rotor_contact.matrices.speed_grid import grid_speed
 from rotor_contact.matrices.step_matrices import (
@@ -70,7 +70,7 @@ def build_slot(
             else:
                 finer, target = level_of(matrices, which, level + 1).H, level_of(matrices, which, level).H[row]
                 double_form_row(matrices, which, level, row, Omega, x, room, finer, target)
-        if has_powers(matrices, which):
+        if sizes.powered != 0.0:
             if level == int(sizes.n_built) - 1:
                 integrate_power_rows(structure, motion, matrices, which, level, row, Omega, room)
             else:
@@ -91,9 +91,9 @@ def _clear_row(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
     U[row] = 0.0
     inner.first[row] = 0.0
     inner.second[row] = 0.0
-    if has_powers(matrices, slot):
-        powers_of(matrices, slot, level).heat[row] = 0.0
-        powers_of(matrices, slot, level).work[row] = 0.0
+    if matrices.sizes[0].powered != 0.0:
+        powers_of(matrices, slot, level).spin[row] = 0.0
+        powers_of(matrices, slot, level).seals[row] = 0.0
 
 
 @kernel
@@ -106,9 +106,10 @@ def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> Non
     rotate_row(inner.first[row], inner.first[row + 1])
     rotate_row(inner.second[row], inner.second[row + 1])
     _rotate_form(H, row)
-    if has_powers(matrices, slot):
-        _rotate_form(powers_of(matrices, slot, level).heat, row)
-        _rotate_form(powers_of(matrices, slot, level).work, row)
+    if matrices.sizes[0].powered != 0.0:
+        _rotate_form(powers_of(matrices, slot, level).spin, row)
+    if matrices.sizes[0].powered == 2.0:
+        _rotate_form(powers_of(matrices, slot, level).seals, row)
 
 
 @kernel

@@ -36,7 +36,8 @@ SIZES = record(
     ("spacing", np.float64),  # of the speeds on the grid (rad/s)
     ("stride", np.float64),  # number of them from one that is built to the next
     ("quantum", np.float64),  # share of the spacing to which speeds are rounded
-    ("damped", np.float64),  # whether dampers other than seals dissipate energy
+    ("damped", np.float64),  # whether dampers or seals dissipate energy
+    ("powered", np.float64),  # whether the spin or seals do work: 0, 1 (spin) or 2 (with seals)
     ("reach", np.float64),  # length of a step times the highest rate of change, for speeds on the grid
     ("grid_isotropic", np.float64),  # whether y responds as x does, turned by a right angle, for speeds on the grid
     ("place", np.float64),  # of a constant speed in use (`speed_grid`), else 0
@@ -61,7 +62,8 @@ NODE = record(  # a site at a Lobatto point
 )
 # Speed of a level, as a position on the grid, and the pieces that it was used for there.
 BLEND = record(("index", np.float64), ("n_uses", np.float64))
-N_SIZES, N_SLOT, N_BLEND = size_of(SIZES), size_of(SLOT), size_of(BLEND)
+N_SIZES = size_of(SIZES) + size_of(SIZES) % 2  # even, as all places of parts
+N_SLOT, N_BLEND = size_of(SLOT), size_of(BLEND)
 N_OBSERVED, N_NODE = size_of(OBSERVED), size_of(NODE)
 
 
@@ -150,8 +152,8 @@ def whole_columns(n: int) -> int:
 def places_of_matrices(s: Structure) -> tuple[int, ...]:
     """Return the positions of the parts of a `StepMatrices` after its sizes, in their order, and its total size.
 
-    All numbers are even. A shaft with too many coordinates has no slots. Power forms exist only if there is shaft
-    damping or a seal. The scratch of pieces also serves to build the matrices.
+    All numbers are even. A shaft with too many coordinates has no slots. Power forms exist
+    only if there is shaft damping or a seal. The scratch of pieces also serves to build the matrices.
     """
     m, n_bearings, n_sites, inputs = s.K.shape[0], s.bearings.shape[0], s.sites.shape[0], n_pairs(s)
     n, n_ports = m + 2 * n_sites, n_bearings + 2 * (n_sites + s.n_faces)  # at most
@@ -164,11 +166,11 @@ def places_of_matrices(s: Structure) -> tuple[int, ...]:
     whole_steps = constant + N_CONSTANT * (1 + 2 * n_bearings)
     of_whole = (whole + 1) * whole_columns(n) + 2 * whole * whole + whole + (whole + 2) * n_sites * N_OBSERVED
     powers = whole_steps + N_CONSTANT * of_whole
-    gradients = powers + (2 * N_CONSTANT * MAX_LEVELS * rows * rows if s.is_damped and has_slots else 0)
+    forms = 2 if s.seals.records.shape[1] > 0 else 1
+    gradients = powers + (forms * ALL_SLOTS * MAX_LEVELS * rows * rows if s.is_damped and has_slots else 0)
     amplitudes = gradients + 2 * n_bearings
     combined = amplitudes + 2 * inputs
-    damping = combined + N_COMBINED
-    pieces = damping + 2 * m + 4
+    pieces = combined + N_COMBINED
     of_ports = 8 * columns + 2 * N_LOBATTO * n_ports * (columns + 3)
     of_piece = rows + 8 * n + of_ports + (8 + n_sites) * N_LOBATTO
     nodes = pieces + 2 * of_piece + series_size(n)
@@ -177,5 +179,5 @@ def places_of_matrices(s: Structure) -> tuple[int, ...]:
     end = memory + (ALL_SLOTS * slot_size(n, n_ports, n_bearings, inputs) if has_slots else 0)
     return (
         *(slots, blends, ports, constant, whole_steps, powers, gradients, amplitudes, combined),
-        *(damping, pieces, nodes, equations, memory, end),
+        *(pieces, nodes, equations, memory, end),
     )

@@ -28,10 +28,12 @@ from fmi_export.model import Array
 from rotor_contact.matrices.matrix_sizes import FIRST_CONSTANT, MAX_LEVELS, N_BUILT, N_NEAR, N_SLOTS
 from rotor_contact.matrices.step_matrices import (
     Level,
+    Powers,
     StepMatrices,
     coefficients_at,
     forget_combined,
     level_of,
+    powers_of,
     rows_of_x,
 )
 from rotor_contact.shaft.products import interpolate
@@ -135,6 +137,16 @@ def levels_around(matrices: StepMatrices, level: int, index: float) -> LevelsAro
     )
 
 
+@views
+def powers_around(matrices: StepMatrices, level: int, index: float) -> tuple[Powers, Powers]:
+    """Return the forms of spin and seals that belong to `levels_around`."""
+    low = math.floor(index)
+    if index == low or is_blended(matrices, level, index):
+        of_speed = powers_of(matrices, slot_of(low) if index == low else BLENDS, level)
+        return of_speed, of_speed
+    return powers_of(matrices, slot_of(low), level), powers_of(matrices, slot_of(low + 1.0), level)
+
+
 @kernel
 def note_use(matrices: StepMatrices, level: int, index: float) -> None:
     """Count a piece of a level at a point of the grid; after several pieces the level is interpolated."""
@@ -158,6 +170,17 @@ def interpolate_level(matrices: StepMatrices, level: int, index: float) -> None:
         interpolate(below.S[row], above.S[row], share, target.S[row], below.S.shape[1])
         if matrices.sizes[0].damped != 0.0:
             interpolate(below.H[row], above.H[row], share, target.H[row], _up_to_diagonal(row))
+    if matrices.sizes[0].powered == 0.0:
+        return
+    of_below, of_above = powers_of(matrices, slot_of(low), level), powers_of(matrices, slot_of(low + 1.0), level)
+    of_target, weight = powers_of(matrices, BLENDS, level), share * (1.0 - share) * matrices.sizes[0].spacing
+    for row in range(rows_of_x(matrices)):
+        size = _up_to_diagonal(row)
+        interpolate(of_below.spin[row], of_above.spin[row], share, of_target.spin[row], size)
+        for i in range(size):
+            target.H[row, i] += weight * (of_above.spin[row, i] - of_below.spin[row, i])
+        if matrices.sizes[0].powered == 2.0:
+            interpolate(of_below.seals[row], of_above.seals[row], share, of_target.seals[row], size)
 
 
 @noinline_kernel
@@ -189,6 +212,26 @@ def interpolate_from_built(matrices: StepMatrices, level: int, index: float) -> 
         _parabola(below.S[row], at.S[row], above.S[row], t, target.S[row], target.S.shape[1])
         if matrices.sizes[0].damped != 0.0:
             _parabola(below.H[row], at.H[row], above.H[row], t, target.H[row], _up_to_diagonal(row))
+    if matrices.sizes[0].powered != 0.0:
+        spin = powers_of(matrices, slot_of(index), level).spin
+        of_below = powers_of(matrices, built_slot_of(middle - 1.0), level).spin
+        of_middle = powers_of(matrices, built_slot_of(middle), level).spin
+        of_above = powers_of(matrices, built_slot_of(middle + 1.0), level).spin
+        for row in range(rows_of_x(matrices)):
+            _parabola(of_below[row], of_middle[row], of_above[row], t, spin[row], _up_to_diagonal(row))
+        if matrices.sizes[0].powered == 2.0:
+            _interpolate_seals(matrices, level, index, t)
+
+
+@noinline_kernel
+def _interpolate_seals(matrices: StepMatrices, level: int, index: float, t: float) -> None:
+    """Interpolate the form of seals whose coefficients do not depend on the speed."""
+    middle, target = middle_of(index), powers_of(matrices, slot_of(index), level).seals
+    below = powers_of(matrices, built_slot_of(middle - 1.0), level).seals
+    at = powers_of(matrices, built_slot_of(middle), level).seals
+    above = powers_of(matrices, built_slot_of(middle + 1.0), level).seals
+    for row in range(rows_of_x(matrices)):
+        _parabola(below[row], at[row], above[row], t, target[row], _up_to_diagonal(row))
 
 
 @kernel

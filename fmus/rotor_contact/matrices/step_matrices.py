@@ -34,7 +34,6 @@ from rotor_contact.forces.passive_bearings import BEARING, Bearings, bearings_si
 from rotor_contact.matrices.matrix_sizes import (
     ALL_SLOTS,
     BLEND,
-    FIRST_CONSTANT,
     MAX_LEVELS,
     N_COMBINED,
     N_CONSTANT,
@@ -84,14 +83,12 @@ class StepMatrices(NamedTuple):
     # and y of each bearing, shape (N_CONSTANT, 1 + 2 n_bearings).
     constant: Array
     whole_steps: Array  # matrices of a whole step at these speeds (see `whole_step`)
-    powers: Array  # power forms of spin and seals at these speeds (see `matrix_powers`), or none
+    powers: Array  # power forms of spin and seals of all slots (see `matrix_powers`), or none
     gradients: Array  # of the magnets (N/m) in the matrices in use, shape (2 n_bearings,)
     amplitudes: Array  # of the inputs (`excitation`), shape (2 n_pairs,)
     # Number of the amplitudes (`SIZES.inputs`) for which each level of each slot is combined, followed by the number
     # for which the matrices of each whole step were derived, shape (N_COMBINED,).
     combined: Array
-    # Speed and state at which `piece_energy` last computed the power of damping, and its result, shape (2 n + 4,).
-    damping: Array
     pieces: Array  # scratch of a piece (see `piece`)
     nodes: Nodes  # of type `NODE`, shape (n_sites, N_LOBATTO)
     equations: Equations  # at all Lobatto points after the first, for all sites or for one face
@@ -107,10 +104,13 @@ class Level(NamedTuple):
 
 
 class Powers(NamedTuple):
-    """Quadratic forms of the heat and the work of spin and seals over a piece, shape (all_rows, all_rows) each."""
+    """Forms of the impulse on the spin and of the work of seals in a piece, shape (all_rows, all_rows) each.
 
-    heat: Array
-    work: Array
+    If there are no seals, `seals` is not used.
+    """
+
+    spin: Array
+    seals: Array
 
 
 class SlotCoefficients(NamedTuple):
@@ -156,11 +156,13 @@ def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
 
 @views
 def powers_of(matrices: StepMatrices, slot: int, level: int) -> Powers:
-    """Return the quadratic forms of the powers of spin and seals, for pieces of a level at a constant speed."""
+    """Return the quadratic forms of spin and seals for pieces of a level."""
     rows, place = int(matrices.sizes[0].n_rows), level if level < MAX_LEVELS else MAX_LEVELS - 2 + level % 2
-    at = 2 * ((slot - FIRST_CONSTANT) * MAX_LEVELS + place) * rows * rows
+    forms = int(matrices.sizes[0].powered)
+    at = forms * (slot * MAX_LEVELS + place) * rows * rows
     return Powers(
-        part(matrices.powers, at, REAL, (rows, rows)), part(matrices.powers, at + rows * rows, REAL, (rows, rows))
+        part(matrices.powers, at, REAL, (rows, rows)),
+        part(matrices.powers, at + (forms - 1) * rows * rows, REAL, (rows, rows)),
     )
 
 
@@ -212,7 +214,7 @@ def step_matrices_of(work: Array, at: int, structure: Structure) -> StepMatrices
     """Return a `StepMatrices` as views into an array, from position `at`."""
     n_bearings, n_sites, places = structure.bearings.shape[0], structure.sites.shape[0], places_of_matrices(structure)
     slots, blends, ports, constant, whole_steps, powers, gradients, amplitudes, combined = places[:9]
-    damping, pieces, nodes, equations, memory, end = places[9:]
+    pieces, nodes, equations, memory, end = places[9:]
     return StepMatrices(
         part(work, at, SIZES, 1),
         matrices_key_of(work, at + N_SIZES, n_bearings, n_sites),
@@ -226,7 +228,6 @@ def step_matrices_of(work: Array, at: int, structure: Structure) -> StepMatrices
         part(work, at + gradients, REAL, 2 * n_bearings),
         part(work, at + amplitudes, REAL, combined - amplitudes),
         part(work, at + combined, REAL, N_COMBINED),
-        part(work, at + damping, REAL, pieces - damping),
         part(work, at + pieces, REAL, nodes - pieces),
         part(work, at + nodes, NODE, (n_sites, N_LOBATTO)),
         equations_of(work, at + equations, most_equations(structure)),

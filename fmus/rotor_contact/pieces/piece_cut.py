@@ -13,16 +13,18 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.contact.constraints import project
-from rotor_contact.contact.site import Site, is_constrained
+from rotor_contact.contact.site import Site, Sites, is_constrained
 from rotor_contact.contact.workspace import Workspace, stages_of
 from rotor_contact.forces.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.matrices.matrix_sizes import place_index
 from rotor_contact.matrices.speed_grid import grid_speed
 from rotor_contact.matrices.step_matrices import StepMatrices
 from rotor_contact.pieces.piece import advance_rotations, end_rotations, piece_of
+from rotor_contact.pieces.piece_energy import Damping
 from rotor_contact.pieces.piece_series import series_of, slip_at, state_at
 from rotor_contact.shaft.lobatto import LOBATTO_POINTS, N_LOBATTO, restrict, value_at
 from rotor_contact.shaft.products import dot
+from rotor_contact.shaft.seals import seal_power
 
 N_GAUSS = 4  # points of Gauss's quadrature, in [0, 1]
 GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)
@@ -37,17 +39,17 @@ def cut_piece(
     n_terms: int,
     h: float,
     share: float,
-    torque: float,
     on_event: bool,
-) -> float:
-    """Write the state at the end of the first part of a piece to z_new; return the energy (J) taken by dampers in it.
+) -> Damping:
+    """Write the state at the end of the first part of a piece to z_new; return heat and work of damping in it.
 
-    The nodes of the piece become the nodes of this part, because `piece_energy` needs them. `torque` is the torque of
-    rotating damping on the spin (N m); `index` is the position of the speed on the grid. After an event, the journals
-    in contact are put on their circles later, when the modes are found.
+    The nodes of the piece become the nodes of this part, because `piece_energy` needs them. `index` is the position of
+    the speed on the grid. After an event, the journals in contact are put on their circles later, when the modes are
+    found.
     """
     piece, stages, n = piece_of(matrices), stages_of(w.stages), int(matrices.sizes[0].n)
     z_new, y = stages.z_new, series_of(matrices).y
+    of_damping = _damping_in_part(w, matrices, index, n_terms, h, share)
     for k in range(w.sites.shape[0]):
         if is_constrained(w.sites[k]):
             _restrict_nodes(matrices, w.sites[k], k, n_terms, share)
@@ -58,14 +60,14 @@ def cut_piece(
         restrict(piece.spin[row], share)
     for k in range(w.sites.shape[0]):
         restrict(piece.races[k], share)
-    advance_rotations(w, matrices, share * h, torque)
+    advance_rotations(w, matrices, share * h, of_damping.impulse / (share * h))
     copy(stages.z, z_new)
     copy(y[:n], z_new)
     copy(y[n:], z_new[w.n :])
     end_rotations(w, matrices, index, share * h)
     if not on_event:
         project(w, z_new[: w.n], z_new[w.n : 2 * w.n], piece.spin[0, N_LOBATTO - 1])
-    return _taken_by_dampers(w, matrices, index, n_terms, h, share)
+    return of_damping
 
 
 @kernel
@@ -93,35 +95,38 @@ def _restrict_nodes(matrices: StepMatrices, site: Site, k: int, n_terms: int, s:
 
 
 @kernel
-def _taken_by_dampers(
+def _damping_in_part(
     w: Workspace, matrices: StepMatrices, index: float, n_terms: int, h: float, share: float
-) -> float:
-    """Return the energy (J) that dampers take in the first `share` of the piece, by Gauss's quadrature over its parts.
+) -> Damping:
+    """Return heat, impulse and work in the first `share` of the piece, by Gauss's quadrature over its parts.
 
-    The H of the shortest piece comes from Lobatto's quadrature. A part is at most twice as long as this piece, so that
-    both quadratures have the same error.
+    The forms of the shortest piece come from Lobatto's quadrature. A part is at most twice as long as this piece, so
+    that both quadratures have the same error.
     """
     sizes = matrices.sizes[0]
-    if sizes.damped == 0.0:
-        return 0.0
-    n, y, Omega = int(sizes.n), series_of(matrices).y, grid_speed(matrices, index)
+    if sizes.damped == 0.0 and (sizes.powered == 0.0 or w.spin[0].row < 0):
+        return Damping(0.0, 0.0, 0.0)
+    n, m, y, Omega = int(sizes.n), w.Minv.shape[0], series_of(matrices).y, grid_speed(matrices, index)
     longest = sizes.step_size * 0.5 ** (sizes.n_built - 2.0)
     parts = max(math.ceil(share * h / longest), 1)
-    length, total = share / parts, 0.0
+    length, heat, impulse, work = share / parts, 0.0, 0.0, 0.0
     for number in range(parts):
         for point in range(N_GAUSS):
             state_at(matrices, n_terms, length * (number + GAUSS_POINTS[point]), y)
-            total += GAUSS_WEIGHTS[point] * _power_of_dampers(w, n, Omega, y)
-    return total * length * h
+            q, v, weight = y[:n], y[n:], GAUSS_WEIGHTS[point] * length * h
+            of_shaft, torque = shaft_damping(w.forms, Omega, q, v) if w.motion.is_damped else (0.0, 0.0)
+            of_seals, _, of_skew = seal_power(w.motion.seals, Omega, q[:m], v)
+            heat += weight * (of_shaft + of_seals + damping_power(w.motion, v) + mount_heat_of(w.sites, v))
+            impulse += weight * torque
+            work += weight * of_skew
+    return Damping(heat, impulse, work if w.spin[0].row >= 0 else work - Omega * impulse)
 
 
 @kernel
-def _power_of_dampers(w: Workspace, n: int, Omega: float, y: Array) -> float:
-    """Return the power (W) that the dampers take from the motion (q, v) = y."""
-    q, v = y[:n], y[n:]
-    heat, torque = shaft_damping(w.forms, Omega, q, v) if w.motion.is_damped else (0.0, 0.0)
-    power = heat + Omega * torque + damping_power(w.motion, v)
-    for site in w.sites:
+def mount_heat_of(sites: Sites, v: Array) -> float:
+    """Return the heat (W) of the mounts."""
+    power = 0.0
+    for site in sites:
         if site.housing >= 0:
             v_x, v_y = v[site.housing], v[site.housing + 1]
             power += site.mount_damping_x * v_x * v_x + site.mount_damping_y * v_y * v_y

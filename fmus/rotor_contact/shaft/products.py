@@ -251,6 +251,58 @@ def dot_between(x: Array, y: Array, z: Array, share: float) -> float:
 
 
 @kernel
+def four_dots(x: Array, A: Array, B: Array, C: Array, D: Array) -> tuple[float, float, float, float]:
+    """Return x . A, x . B, x . C and x . D."""
+    a = b = c = d = e = f = g = h = 0.0
+    i = 0
+    while i + 2 <= x.shape[0]:
+        u, p, q = part(x, i, REAL, 2), part(A, i, REAL, 2), part(B, i, REAL, 2)
+        r, s = part(C, i, REAL, 2), part(D, i, REAL, 2)
+        a += u[0] * p[0]
+        b += u[1] * p[1]
+        c += u[0] * q[0]
+        d += u[1] * q[1]
+        e += u[0] * r[0]
+        f += u[1] * r[1]
+        g += u[0] * s[0]
+        h += u[1] * s[1]
+        i += 2
+    if i < x.shape[0]:
+        a += x[i] * A[i]
+        c += x[i] * B[i]
+        e += x[i] * C[i]
+        g += x[i] * D[i]
+    return a + b, c + d, e + f, g + h
+
+
+@kernel
+def two_dots_between(
+    x: Array, A: Array, B: Array, C: Array, D: Array, share: float, weight: float
+) -> tuple[float, float]:
+    """Return x . [(1 - share) A + share B + weight (D - C)] and x . [(1 - share) C + share D], bits as `dot`."""
+    rest = 1.0 - share
+    a = b = c = d = e = f = g = h = 0.0
+    i = 0
+    while i + 4 <= x.shape[0]:
+        u, p, q = part(x, i, REAL, 4), part(A, i, REAL, 4), part(B, i, REAL, 4)
+        r, s = part(C, i, REAL, 4), part(D, i, REAL, 4)
+        a += u[0] * (rest * p[0] + share * q[0] + weight * (s[0] - r[0]))
+        b += u[1] * (rest * p[1] + share * q[1] + weight * (s[1] - r[1]))
+        c += u[2] * (rest * p[2] + share * q[2] + weight * (s[2] - r[2]))
+        d += u[3] * (rest * p[3] + share * q[3] + weight * (s[3] - r[3]))
+        e += u[0] * (rest * r[0] + share * s[0])
+        f += u[1] * (rest * r[1] + share * s[1])
+        g += u[2] * (rest * r[2] + share * s[2])
+        h += u[3] * (rest * r[3] + share * s[3])
+        i += 4
+    while i < x.shape[0]:
+        a += x[i] * (rest * A[i] + share * B[i] + weight * (D[i] - C[i]))
+        e += x[i] * (rest * C[i] + share * D[i])
+        i += 1
+    return (a + b) + (c + d), (e + f) + (g + h)
+
+
+@kernel
 def isotropic_dots(x: Array, y: Array) -> complex:
     """Return x . y + i x . y', where y' is y with each pair (u, v) turned back by a right angle, (v, -u)."""
     a = b = c = d = e = f = g = h = 0.0
@@ -302,6 +354,58 @@ def isotropic_dots_between(x: Array, z: Array, share: float, y: Array) -> comple
         f += r_2 * y[i]
         i += 2
     return complex((a + b) + (c + d), (e + g) - (f + h))
+
+
+@kernel
+def two_isotropic_dots_between(
+    x: Array, A: Array, B: Array, C: Array, D: Array, share: float, weight: float
+) -> tuple[complex, complex]:
+    """Return `isotropic_dots` of x and the combinations of A to D in `two_dots_between`, identical in every bit."""
+    rest = 1.0 - share
+    a = b = c = d = e = f = g = h = 0.0
+    k = s = m = n = o = p = q = r = 0.0
+    i = 0
+    while i + 4 <= x.shape[0]:
+        v, of_A, of_B = part(x, i, REAL, 4), part(A, i, REAL, 4), part(B, i, REAL, 4)
+        of_C, of_D = part(C, i, REAL, 4), part(D, i, REAL, 4)
+        h_1 = rest * of_A[0] + share * of_B[0] + weight * (of_D[0] - of_C[0])
+        h_2 = rest * of_A[1] + share * of_B[1] + weight * (of_D[1] - of_C[1])
+        h_3 = rest * of_A[2] + share * of_B[2] + weight * (of_D[2] - of_C[2])
+        h_4 = rest * of_A[3] + share * of_B[3] + weight * (of_D[3] - of_C[3])
+        a += h_1 * v[0]
+        b += h_2 * v[1]
+        c += h_3 * v[2]
+        d += h_4 * v[3]
+        e += h_1 * v[1]
+        f += h_2 * v[0]
+        g += h_3 * v[3]
+        h += h_4 * v[2]
+        t_1, t_2 = rest * of_C[0] + share * of_D[0], rest * of_C[1] + share * of_D[1]
+        t_3, t_4 = rest * of_C[2] + share * of_D[2], rest * of_C[3] + share * of_D[3]
+        k += t_1 * v[0]
+        s += t_2 * v[1]
+        m += t_3 * v[2]
+        n += t_4 * v[3]
+        o += t_1 * v[1]
+        p += t_2 * v[0]
+        q += t_3 * v[3]
+        r += t_4 * v[2]
+        i += 4
+    while i < x.shape[0]:
+        h_1 = rest * A[i] + share * B[i] + weight * (D[i] - C[i])
+        h_2 = rest * A[i + 1] + share * B[i + 1] + weight * (D[i + 1] - C[i + 1])
+        a += h_1 * x[i]
+        b += h_2 * x[i + 1]
+        e += h_1 * x[i + 1]
+        f += h_2 * x[i]
+        t_1, t_2 = rest * C[i] + share * D[i], rest * C[i + 1] + share * D[i + 1]
+        k += t_1 * x[i]
+        s += t_2 * x[i + 1]
+        o += t_1 * x[i + 1]
+        p += t_2 * x[i]
+        i += 2
+    heat = complex((a + b) + (c + d), (e + g) - (f + h))
+    return heat, complex((k + s) + (m + n), (o + q) - (p + r))
 
 
 @kernel

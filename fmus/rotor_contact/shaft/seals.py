@@ -165,30 +165,26 @@ def seal_power(seals: Seals, Omega: float, q: Array, v: Array) -> tuple[float, f
 
 
 @kernel
-def add_seal_forms(seals: Seals, Omega: float, y: Array, n: int, heat: Array, work: Array) -> None:
-    """Add to `heat` and `work` the symmetric matrices of dissipation and skew-stiffness power times y = (q, v)."""
+def add_seal_heat(seals: Seals, Omega: float, y: Array, n: int, heat: Array) -> None:
+    """Add to `heat` the symmetric matrix of the seals' dissipation times y = (q, v)."""
     for k in range(seals.records.shape[1]):
         s, row_x, row_y = seal_at(seals, k, Omega), seals.rows[2 * k], seals.rows[2 * k + 1]
-        x, y_, v_x, v_y = _product(row_x, y), _product(row_y, y), _product(row_x, y[n:]), _product(row_y, y[n:])
-        cross, skew = 0.5 * (s.c_xy + s.c_yx), 0.25 * (s.k_xy - s.k_yx)
+        v_x, v_y, cross = _product(row_x, y[n:]), _product(row_y, y[n:]), 0.5 * (s.c_xy + s.c_yx)
         f_x, f_y = s.c_xx * v_x + cross * v_y, cross * v_x + s.c_yy * v_y
         for i in range(row_x.shape[0]):
             heat[n + i] += row_x[i] * f_x + row_y[i] * f_y
-            work[i] += skew * (row_x[i] * v_y - row_y[i] * v_x)
-            work[n + i] += skew * (row_y[i] * x - row_x[i] * y_)
 
 
 @kernel
-def slopes_of_seal_power(seals: Seals, Omega: float, q: Array, v: Array, a: Array) -> tuple[float, float]:
-    """Return the rates of the dissipation and of the power of the skew stiffness (W/s)."""
-    heat = of_skew = 0.0
+def add_seal_work(seals: Seals, Omega: float, y: Array, n: int, work: Array) -> None:
+    """Add to `work` the symmetric matrix of the power of the seals' skew stiffness times y = (q, v)."""
     for k in range(seals.records.shape[1]):
         s, row_x, row_y = seal_at(seals, k, Omega), seals.rows[2 * k], seals.rows[2 * k + 1]
-        v_x, v_y, a_x, a_y = _product(row_x, v), _product(row_y, v), _product(row_x, a), _product(row_y, a)
-        cross = s.c_xy + s.c_yx
-        heat += a_x * (2.0 * s.c_xx * v_x + cross * v_y) + a_y * (cross * v_x + 2.0 * s.c_yy * v_y)
-        of_skew += 0.5 * (s.k_xy - s.k_yx) * (a_y * _product(row_x, q) - a_x * _product(row_y, q))
-    return heat, of_skew
+        x, y_, v_x, v_y = _product(row_x, y), _product(row_y, y), _product(row_x, y[n:]), _product(row_y, y[n:])
+        skew = 0.25 * (s.k_xy - s.k_yx)
+        for i in range(row_x.shape[0]):
+            work[i] += skew * (row_x[i] * v_y - row_y[i] * v_x)
+            work[n + i] += skew * (row_y[i] * x - row_x[i] * y_)
 
 
 @kernel

@@ -17,7 +17,7 @@ from rotor_contact.matrices.matrix_sizes import FIRST_CONSTANT
 from rotor_contact.matrices.speed_grid import CONSTANT
 from rotor_contact.matrices.step_matrices import StepMatrices
 from rotor_contact.pieces.piece import advance_rotations, start_rotations
-from rotor_contact.pieces.piece_energy import ShaftDamping, add_energies
+from rotor_contact.pieces.piece_energy import Damping, add_energies
 from rotor_contact.pieces.piece_ports import gradients_change
 from rotor_contact.pieces.site_in_piece import stays_clear
 from rotor_contact.shaft.products import row_combination, triangular_form
@@ -51,19 +51,18 @@ def take_whole_step(w: Workspace, matrices: StepMatrices, h: float) -> bool:
         return False
     x, n, heat = whole.x, int(matrices.sizes[0].n), 0.0
     work = x[2 * n + 2] * whole.end[2 * n] + x[2 * n + 3] * whole.end[2 * n + 1]
-    if motion.is_damped or matrices.sizes[0].damped != 0.0:
+    if matrices.sizes[0].damped != 0.0:
         size = first_held(matrices) + matrices.gradients.shape[0]
         if in_contact:
             size = x.shape[0]
         elif gradients_change(motion, matrices):
             size = first_contact(matrices)
         heat = triangular_form(whole.H, x, size)
-        if motion.is_damped:
+        if matrices.sizes[0].powered != 0.0:
             work += triangular_form(whole.G, x, size)
     start_rotations(w, matrices, motion.theta, motion.Omega)
     advance_rotations(w, matrices, h, 0.0)
-    nothing = ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0)
-    add_energies(w, matrices, h, heat, work, nothing, nothing)
+    add_energies(w, matrices, h, Damping(heat, 0.0, 0.0), work)
     copy(stages.z_new, stages.z)
     return True
 

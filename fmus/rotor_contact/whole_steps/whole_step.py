@@ -67,16 +67,17 @@ def derive_whole_step(
         whole.H[:, :] = 0.0  # `triangular_form` reads some elements above the diagonal
         whole.G[:, :] = 0.0
     if matrices.sizes[0].damped != 0.0:
-        _sum_form(matrices, level.H, whole.H, False, is_new)
-    if matrices.powers.shape[0] > 0:
-        powers = powers_of(matrices, FIRST_CONSTANT + which, 0)
-        _sum_form(matrices, powers.heat, whole.H, matrices.sizes[0].damped != 0.0, is_new)
-        _sum_form(matrices, powers.work, whole.G, False, is_new)
+        _sum_form(matrices, level.H, whole.H, 1.0, False, is_new)
+    if matrices.sizes[0].powered != 0.0:
+        spin, Omega = powers_of(matrices, FIRST_CONSTANT + which, 0).spin, matrices.constant[which, 0]
+        _sum_form(matrices, spin, whole.G, -Omega, False, is_new)
+    if matrices.sizes[0].powered == 2.0:
+        _sum_form(matrices, powers_of(matrices, FIRST_CONSTANT + which, 0).seals, whole.G, 1.0, True, is_new)
 
 
 @kernel
-def _sum_form(matrices: StepMatrices, form: Array, target: Array, adds: bool, is_new: bool) -> None:
-    """Write or add the lower triangle of a quadratic form of a step; elements off the diagonal are doubled."""
+def _sum_form(matrices: StepMatrices, form: Array, target: Array, weight: float, adds: bool, is_new: bool) -> None:
+    """Write or add `weight` times the lower triangle of a form of a step; elements off the diagonal are doubled."""
     summed = part(matrices.pieces, 0, REAL, (target.shape[0], N_LOBATTO))
     for row in range(target.shape[0]):
         first, end = 0, row + 1
@@ -93,7 +94,7 @@ def _sum_form(matrices: StepMatrices, form: Array, target: Array, adds: bool, is
                     if v < 0:
                         break
                     total += form[u, u] if u == v else 0.5 * form[max(u, v), min(u, v)]
-            total *= 1.0 if row == other else 2.0
+            total *= weight if row == other else 2.0 * weight
             target[row, other] = target[row, other] + total if adds else total
 
 
