@@ -13,6 +13,8 @@ from amb_analysis.machine.machine import machine_of
 from amb_analysis.studies.injection import STEPS_OF_A_SAMPLE, plan_measurement
 from amb_analysis.studies.inputs import controlled
 from amb_analysis.studies.stability_margin import _check_agreement
+from amb_assessment.assessment.engine.assess import assess
+from amb_assessment.assessment.format.machine_file import packaged_machines
 from amb_cosim import linear_controller, studies
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.prepare_run import prepare_run
@@ -210,3 +212,26 @@ def test_a_measurement_that_contradicts_the_linear_model_fails():
     for wrong in (1.2, 0.8, np.exp(0.2j)):
         with raises_naming(ValueError, "left.x", "20.0 Hz", "co-simulation"):
             _check_agreement(["left.x"], frequencies, computed, computed * [1.0, wrong])
+
+
+@pytest.mark.slow
+def test_an_assessment_of_an_own_controller_gives_the_findings_of_its_law(per_axis, tmp_path):
+    """The linear parts; the FMU has no sensor noise and no dead sensors, and these parts of the assessment say so."""
+    parts = ("closed_loop", "unbalance", "envelope", "axial", "axial_margins", "vibration", "faults")
+    text = packaged_machines()["turbo_pump"].read_text(encoding="utf-8")
+    answered = []
+    for controller in per_axis:
+        machine = tmp_path / f"{controller.stem}.toml"
+        machine.write_text(f'controller = "{controller.as_posix()}"\n{text}', encoding="utf-8")
+        answered.append({part.key: part for part in assess(machine, only=parts).parts})
+        assert not [part.reason for part in answered[-1].values() if part.reason]
+    for key in parts[:-2]:
+        found, expected = (part[key].findings for part in answered)
+        assert expected
+        assert [(f.measured.quantity, f.verdict) for f in found] == [(f.measured.quantity, f.verdict) for f in expected]
+        np.testing.assert_allclose(*([f.measured.value for f in of] for of in (found, expected)), rtol=1e-3)
+    notes = [{key: " ".join(part[key].result.notes) for key in parts[-2:]} for part in answered]
+    assert "no sensor noise" in notes[0]["vibration"]
+    assert "no sensor noise" not in notes[1]["vibration"]
+    assert "thrust.z" in notes[0]["faults"]
+    assert "thrust.z" not in notes[1]["faults"]

@@ -52,6 +52,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "Faults occur at the largest speed, one at a time; the worst of each kind is judged. A rotor that touches "
         "its retainers, or has crossed the air gap of a magnet, counts as 100 %. The run ends if the rotor reaches an "
         "energised magnet.",
+        *_without_fault(subject),
     )
     title, at = "Displacement over clearance", f"{rpm(speed.highest):.0f} rpm"
     panels = (
@@ -147,7 +148,7 @@ def _nearest(used: Mapping[str, Array]) -> tuple[str, float, float]:
 
 def _kinds(subject: AssessedMachine) -> dict[str, dict[str, list[dict[str, Any]]]]:
     """Return the events of each fault, by kind and name."""
-    readings = dict.fromkeys(reading.partition(".")[2] for reading in subject.loop.readings)
+    readings = [name for name in _readings(subject) if _can_fail(subject, name)]
     axes = subject.controlled_axes
     settings: dict[str, dict[str, dict[str, dict[str, Any]]]] = {
         "power of one axis lost": {
@@ -165,10 +166,30 @@ def _kinds(subject: AssessedMachine) -> dict[str, dict[str, list[dict[str, Any]]
     result = {
         kind: {name: [{"role": "disturbance", "cycle": 1.0, "set": setting}] for name, setting in cases.items()}
         for kind, cases in settings.items()
+        if cases
     }
     text = f"base shock of {SHOCK / STANDARD_GRAVITY:g} g and {1e3 * SHOCK_TIME:g} ms"
     directions = [(axis, sign) for axis in subject.directions_of_contact for sign in "+-"]
     return result | {text: {f"{text} along {sign}{axis}": _shock(axis, sign) for axis, sign in directions}}
+
+
+def _readings(subject: AssessedMachine) -> list[str]:
+    """Return the names of the displacements that the controller reads."""
+    return list(dict.fromkeys(reading.partition(".")[2] for reading in subject.loop.readings))
+
+
+def _can_fail(subject: AssessedMachine, reading: str) -> bool:
+    return f"{reading}.fault_dead" in subject.prepared.interfaces[CONTROLLER].ports
+
+
+def _without_fault(subject: AssessedMachine) -> list[str]:
+    """Return a note on the readings whose failure was not simulated, because the controller has no input for it."""
+    without = [name for name in _readings(subject) if not _can_fail(subject, name)]
+    if not without:
+        return []
+    return [
+        f"Dead sensors were not simulated, because the controller has no input for a fault of {', '.join(without)}."
+    ]
 
 
 def _shock(axis: str, sign: str) -> list[dict[str, Any]]:

@@ -6,10 +6,15 @@ import numpy as np
 
 from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, declare
 from amb_assessment.assessment.physics.assessed_machine import NEARER, AssessedMachine, rpm
-from amb_assessment.assessment.physics.runs import CYCLES, steady_vibration, worst_response
+from amb_assessment.assessment.physics.runs import CYCLES, has_chain, steady_vibration, worst_response
 from amb_assessment.reporting.panels import Panel, curve
 
 declare("clearance_used", "%")
+
+NOISE = (
+    "Sensor noise and converter resolution are the controller's defaults, unless the machine defines its signal chain."
+)
+WITHOUT_NOISE = "The run has no sensor noise and exact converters, because the controller models neither."
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
@@ -42,8 +47,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"The largest steady response between the smallest and the largest speed is at {rpm(worst.Omega):.0f} rpm, "
         f"{100.0 * worst.share:.3g} % of the clearance at {worst.site}.",
         NEARER,
-        "Sensor noise and converter resolution are the controller's defaults, unless the machine defines its signal "
-        "chain.",
+        NOISE if has_chain(subject) else WITHOUT_NOISE,
     )
     return AnalysisResult(
         tuple(measured), (Panel("Displacement over clearance", "cycle", "%", tuple(curves)),), (), notes

@@ -224,6 +224,11 @@ def simulate(
     return result
 
 
+def has_chain(subject: AssessedMachine) -> bool:
+    """Return whether the controller models sensor noise and converters."""
+    return CHAIN in subject.prepared.interfaces[CONTROLLER].ports
+
+
 def end_of(result: Result) -> Checkpoint | None:
     """Return the state at the end of a run that `goes_on`; None if the run ended early or an FMU cannot save states."""
     return next(iter(result.checkpoints.values()), None)
