@@ -35,6 +35,7 @@ from rotor_contact.matrix_step import (
     find_forces_at,
     integrate,
     is_slow,
+    spin_acceleration,
     try_piece,
 )
 from rotor_contact.pieces.piece_energy import add_energies
@@ -159,12 +160,11 @@ def _pass_piece(
 ) -> tuple[int, float]:
     """Advance z over a piece of length h (s) if it has no events; return how it ended, and its roughness."""
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
-    index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
-    can_solve = level < sizes.n_levels and not is_any_compliant(w.sites) and is_slow(w, h)
-    if not (can_solve and complete_speeds(matrices, index)):
+    if level >= sizes.n_levels or is_any_compliant(w.sites) or not is_slow(w, h):
         return REJECTED, 0.0
     are_valid, torque = find_forces_at(w, matrices, stages.z, theta, Omega)
-    if not are_valid:
+    index = place_on_grid(matrices, Omega + 0.5 * h * spin_acceleration(w, Omega, torque))
+    if not (are_valid and complete_speeds(matrices, index)):
         return REJECTED, 0.0
     never = int(sizes.n_levels)  # a piece is not cut
     outcome, share, roughness, of_damping = try_piece(w, matrices, level, index, h, 1.0, theta, Omega, torque, never)

@@ -18,9 +18,10 @@ import numpy as np
 from fmi_export.flat import copy
 from fmi_export.jit import inlined_kernel, kernel, noinline_kernel
 from fmi_export.model import Array
-from rotor_contact.contact.bodies import couple_spin, drag_slope, drive_slope
+from rotor_contact.contact.bodies import couple_spin, drag_slope, drive_slope, drive_torque
 from rotor_contact.contact.compliant import is_any_compliant
 from rotor_contact.contact.constraints import is_any_constrained
+from rotor_contact.contact.face_forces import torque_on_spin
 from rotor_contact.contact.site import is_constrained
 from rotor_contact.contact.workspace import Workspace, stages_of, with_motion
 from rotor_contact.forces.dynamics import collect_coefficients, motion_at
@@ -109,9 +110,9 @@ def _advance_by_pieces(
         while can_solve and not is_slow(w, 0.5**level * step_size):
             level += 1
         h = 0.5**level * step_size
-        index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
+        latest = min(left * 2.0**level, 1.0)
+        index = place_on_grid(matrices, Omega + 0.5 * latest * h * spin_acceleration(w, Omega, torque))
         if can_solve and complete_speeds(matrices, index):
-            latest = min(left * 2.0**level, 1.0)
             outcome, share, roughness, of_damping = try_piece(
                 w, matrices, level, index, h, latest, theta, Omega, torque, series
             )
@@ -330,6 +331,24 @@ def is_slow(w: Workspace, h: float) -> bool:
         if can_turn and not h * drag_slope(site, 0.0) <= FASTEST_DRIVE * site.race_inertia:
             return False
     return True
+
+
+@kernel
+def spin_acceleration(w: Workspace, Omega: float, torque: float) -> float:
+    """Return the acceleration (rad/s^2) of the spin: prescribed, or due to all torques (N m) but the unbalance's.
+
+    `torque` is that of rotating damping, and the sites contain the contact forces. The matrices of a piece are those
+    of the speed that the spin has in its middle. With the speed at its start, the shaft would lose
+    (Omega(h) - Omega(0))/2 times the impulse of the damping more or less than the spin supplies.
+    """
+    spin = w.spin[0]
+    if spin.row < 0:
+        return w.motion.Omega_dot
+    torque += drive_torque(spin, Omega) - spin.drag * Omega + torque_on_spin(w)
+    for site in w.sites:
+        if is_constrained(site):
+            torque += site.f_t * site.journal_radius
+    return torque / spin.inertia
 
 
 @kernel

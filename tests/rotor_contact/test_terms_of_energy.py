@@ -22,6 +22,7 @@ FREE = {"spin.free": 1.0, "spin.inertia": 0.4, "spin.drag": 0.5}
 MOUNTS = both("rb.housing_mass", 3.0) | both("rb.mount_stiffness_x", 4e7) | both("rb.mount_stiffness_y", 4e7)
 MOUNTS |= both("rb.mount_damping_x", 4e3) | both("rb.mount_damping_y", 4e3)
 RACES = both("rb.race_inertia", 2.5e-4) | both("rb.race_drag", 0.05)
+BRAKED = {"spin.free": 1.0, "spin.inertia": 0.005, "spin.drag": 0.0} | both("rb.mu", 0.4)
 FALLEN = both("rb.mu", 0.1) | {"Omega": 100.0, "gravity": 9.81, "d1.u": 1e-4}
 ROLLS = BEARINGS | both("rb.mu", 2.0) | {"initial.orbit": 1.0, "Omega": 90.0, "d1.u": 0.094, "rb2.enabled": 0.0}
 SEALED = replace(RIG, seals=(Bearing("seal", 9, ((2e5, 1.5e5), (-1.5e5, 2e5)), ((150.0, 30.0), (-30.0, 150.0))),))
@@ -35,6 +36,7 @@ SITUATIONS = {  # values, rotor, acceleration of the spin (rad/s^2), steps befor
     "rolling": (ROLLS, RIG, 0.0, 400),
     "sliding in races on mounts": (FALLEN | MOUNTS | RACES, RIG, 0.0, 3000),
     "free spin in races on mounts": (FALLEN | MOUNTS | RACES | FREE, RIG, 0.0, 3000),
+    "free spin that friction brakes": (FALLEN | MOUNTS | RACES | BRAKED, RIG, 0.0, 3000),
     "moving base": (WHIRLS | {"base.a_x": 8.0, "base.a_y": -5.0}, RIG, 0.0, 0),
     "seal": (WHIRLS, SEALED, 0.0, 0),
     "seal on a ramp": (WHIRLS, SEALED, 300.0, 0),
