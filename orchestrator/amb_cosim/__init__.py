@@ -27,8 +27,8 @@
     load_system  read a system file, or a system by its name
     cosim        the layer below, which knows FMI but no rotor: components, master, recording
 
-For documentation, use for example help(amb_cosim.run). Invalid input raises ValueError; the message names the value and
-the allowed range. Each part is loaded at first use.
+For documentation, use for example help(amb_cosim.run); `__version__` is the version. Invalid input raises ValueError,
+and the message names the value and the allowed range. Each part is loaded at first use.
 """
 
 from __future__ import annotations
@@ -40,7 +40,6 @@ TYPE_CHECKING = False  # as in `typing`, which takes longer to import than all o
 if TYPE_CHECKING:
     from typing import Any
 
-    import amb_live
     from amb_analysis import studies as studies
     from amb_analysis.linear.linearise import linearise as linearise
     from amb_analysis.studies.receptance_identification import identify as identify
@@ -61,10 +60,14 @@ if TYPE_CHECKING:
     from amb_cosim.scenario.scenario import scenarios as scenarios
     from amb_cosim.scenario.simulation import check as check
     from amb_cosim.scenario.simulation import run as run
+    from amb_live.notebook import LivePage
     from amb_sweeps.figures import draw_sweep as draw_sweep
     from amb_sweeps.run import sweep as sweep
 
-    live = amb_live
+    __version__: str
+
+    def live(*arguments: Any, **options: Any) -> LivePage: ...
+
 
 _MODULES = {
     "run": "amb_cosim.scenario.simulation",
@@ -94,8 +97,12 @@ _MODULES = {
 
 _PACKAGES = ("live", "studies", "cosim")  # names that are packages
 
+__all__ = [*_MODULES]
+
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version("amb-cosim")
     if name not in _MODULES:
         raise AttributeError(f"module 'amb_cosim' has no attribute {name!r}; there are {', '.join(_MODULES)}")
     module = import_module(_MODULES[name])
