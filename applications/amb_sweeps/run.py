@@ -24,7 +24,7 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.units import convert_units_in_text, speed_unit, with_speeds_in
 from amb_cosim.scenario.rotors import RotorSource, is_rotor
 from amb_cosim.scenario.scenario import Scenario, as_scenario, load_scenario
-from amb_files.checks import as_path, require_given
+from amb_files.checks import as_items, as_names, as_path, require, require_given
 from amb_files.pack_file import rotor_path
 from amb_files.plain_values import plain_values
 from amb_files.toml import read_toml
@@ -115,8 +115,8 @@ def sweep(
     rotor: RotorSource = None,
     receptances: str | Path | None = None,
     flavour: Flavour = "native",
-    metrics: Sequence[Metric] = (),
-    keep: Sequence[str] = (),
+    metrics: Metric | Sequence[Metric] = (),
+    keep: str | Sequence[str] = (),
     boundary: str = "recovered",
     certainty: float = 0.01,
     scheduler: str | None = None,
@@ -143,8 +143,8 @@ def sweep(
         the boundary of recovered, contact or rolling is bisected; or `random:N`, `lhs:N`, `sobol:N` or `saltelli:N` for
         N points in the ranges without a count and the distributions.
     metrics
-        Functions that take a result and return named numbers, in addition to the key values. An error of a metric is
-        stored as `metric_error`; outcome and other numbers of the run remain.
+        Function or functions that take a result and return named numbers, in addition to the key values. An error of a
+        metric is stored as `metric_error`; outcome and other numbers of the run remain.
     keep
         Outcomes whose full records are saved in the folder `runs`: `trapped`, `failed`, ...; `all` for every run.
     boundary
@@ -173,6 +173,9 @@ def sweep(
     require_given("scenario", scenario)
     options, folder = RunOptions(flavour=flavour), as_path("output", output)
     scenario = as_scenario(scenario, rotor, receptances)
+    metrics, keep = as_items(metrics), as_names("keep", keep)
+    for metric in metrics:
+        require(callable(metric), "metrics", repr(metric), "functions that take a result")
     unknown = [name for name in keep if name not in (*outcomes.RUN, "all")]
     if unknown:
         raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(outcomes.RUN)}")
@@ -187,7 +190,7 @@ def sweep(
         check_refinement(design, certainty, boundary)
     until = None if until is None else quantity(until, "s", "until")
     labels = varied_labels(design, _labels(scenario, design))
-    task = Task(scenario, plain_values(set, "set"), until, options, tuple(metrics), tuple(keep), labels)
+    task = Task(scenario, plain_values(set, "set"), until, options, metrics, keep, labels)
     guids, units, descriptions = check_points(task, design)
     design = design.with_units(units)
     requested = {**_request(task), "guids": guids}

@@ -8,7 +8,7 @@ from collections.abc import Collection, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 T = TypeVar("T", bound=Hashable)
 
@@ -42,6 +42,36 @@ def as_path(name: str, value: object) -> Path:
 def require_kind(name: str, value: object, kind: type | tuple[type, ...], allowed: str) -> None:
     """Raise a ValueError unless the argument `name` has the type `kind`; the message describes what is `allowed`."""
     require(isinstance(value, kind), name, " ".join(repr(value).split())[:60], allowed)
+
+
+def as_items(value: Any) -> tuple[Any, ...]:
+    """Return the items of an argument that takes several; a text, a path, a number or any other single value is one.
+
+    Examples
+    --------
+    >>> as_items("rotor_contact"), as_items(["rotor_contact", "amb_actuator"])
+    (('rotor_contact',), ('rotor_contact', 'amb_actuator'))
+    """
+    if isinstance(value, str | PathLike):
+        return (value,)
+    try:
+        return tuple(value)
+    except TypeError:  # a number, also as an array or a quantity of pint
+        return (value,)
+
+
+def as_names(name: str, value: object) -> tuple[str, ...]:
+    """Return the names that the argument `name` states: one text, or several.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not a text.
+    """
+    names = as_items(value)
+    for item in names:
+        require_kind(name, item, str, "a text, or a list of texts")
+    return names
 
 
 def require_given(name: str, value: object) -> None:

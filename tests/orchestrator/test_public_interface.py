@@ -19,8 +19,10 @@ import xarray as xr
 import amb_cosim
 from amb_analysis.measured.records import Measurement, Modes
 from amb_analysis.studies.inputs import spin_speeds
+from amb_analysis.studies.rotor_parameters import free_bounds
 from amb_cosim import studies
 from amb_cosim.controllers.linear_controller import linear_controller
+from amb_cosim.cosim.building.build_target import BuildTarget
 from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.json_data import units_of
@@ -218,6 +220,38 @@ REFUSED = {
 def test_an_argument_of_another_kind_is_refused_by_its_name(argument):
     with raises_naming(ValueError, argument):
         REFUSED[argument]()
+
+
+LISTS = {
+    "components": lambda one: amb_cosim.linearise(MACHINE, components=one("rotor_contact")).nstates,
+    "inputs": lambda one: amb_cosim.linearise(MACHINE, components=["rotor_contact"], inputs=one("*.f_x")).ninputs,
+    "opened": lambda one: amb_cosim.linearise(MACHINE, opened=one("amb_actuator.*.i_?")).nstates,
+    "only": lambda one: [p.key for p in amb_cosim.assess("turbo_expander", only=one("free_modes")).parts],
+    "save_at": lambda one: [*amb_cosim.run("drop", until=0.02, save_at=one("0.01 s"), progress=False).checkpoints],
+    "platforms": lambda one: BuildTarget(platforms=one("linux64")).platforms,
+    "outputs": lambda one: [
+        *studies.response(rotor="compressor", inputs="seal.f_x", outputs=one("seal.x"), up_to="20 Hz").responses
+    ],
+    "free": lambda one: free_bounds(one("materials.steel.youngs_modulus=1.8e11:2.4e11")),
+}
+
+
+@pytest.mark.parametrize("argument", LISTS)
+def test_a_single_value_where_a_list_is_meant_is_one_item(argument):
+    """A name was read letter by letter: no component 'r'."""
+    whole = LISTS[argument](lambda item: [item])
+    assert LISTS[argument](lambda item: item) == whole
+    with raises_naming(ValueError, argument):
+        LISTS[argument](lambda _: [object()])
+
+
+def test_a_list_where_several_arguments_are_meant_are_these(result, tmp_path):
+    names = ["rotor_contact.rb1.f_n", "rotor_contact.rb2.f_n"]
+    assert result.to_csv(tmp_path / "a.csv", names).read_text() == result.to_csv(tmp_path / "b.csv", *names).read_text()
+    assert len(result.plot(names).axes) == len(result.plot(*names).axes)
+    assert amb_cosim.compare([result, result]).labels == amb_cosim.compare(result, result).labels
+    with raises_naming(ValueError, "path", names[0]):
+        result.to_csv(names)
 
 
 def test_the_study_of_an_axis_takes_a_scenario_as_all_others_do():

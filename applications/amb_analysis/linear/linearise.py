@@ -17,6 +17,7 @@ from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import SPEED, Scenario
+from amb_files.checks import as_names
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matching_names
 
@@ -25,11 +26,11 @@ from amb_files.wildcards import matching_names
 def linearise(
     source: str | Path | Scenario | System | None = None,
     at: Raw | Mapping[str, Raw] | None = None,
-    inputs: Sequence[str] | None = None,
-    outputs: Sequence[str] | None = None,
+    inputs: str | Sequence[str] | None = None,
+    outputs: str | Sequence[str] | None = None,
     *,
-    components: Sequence[str] | None = None,
-    opened: Sequence[str] = (),
+    components: str | Sequence[str] | None = None,
+    opened: str | Sequence[str] = (),
     rotor: RotorSource = None,
     fmu: Mapping[str, FmuSource | PathLike[str]] | None = None,
     set: Mapping[str, Raw] | None = None,
@@ -59,7 +60,7 @@ def linearise(
         Names or patterns `component.variable`. An input may be named as an output; its value is the sum of all signals
         at this input. By default, the model has all outputs, and the inputs to which nothing is connected.
     components
-        Components of the model; all by default.
+        Component or components of the model; all by default.
     opened
         Names or patterns of inputs whose connection is cut.
     rotor, fmu, set, flavour
@@ -84,13 +85,14 @@ def linearise(
 
 def model_of(
     source: LinearSource,
-    inputs: Sequence[str] | None = None,
-    outputs: Sequence[str] | None = None,
-    components: Sequence[str] | None = None,
-    opened: Sequence[str] = (),
+    inputs: str | Sequence[str] | None = None,
+    outputs: str | Sequence[str] | None = None,
+    components: str | Sequence[str] | None = None,
+    opened: str | Sequence[str] = (),
 ) -> LinearModel:
     """Return the linear model of some components of a source; other arguments and errors as for `linearise`."""
     present = source.names
+    components = None if components is None else as_names("components", components)
     for name in components or ():
         if name not in present:
             raise ValueError(f"no component {name!r}; {suggest(name, present)}")
@@ -118,7 +120,7 @@ def _matching(
 ) -> list[str]:
     """Return the names that match patterns, each once, in the patterns' order; `reason` completes the error message."""
     result: dict[str, None] = {}
-    for pattern in [patterns] if isinstance(patterns, str) else patterns:
+    for pattern in as_names(what, patterns):
         matching = [pattern] if pattern in names else matching_names(names, pattern)
         if not matching:
             raise ValueError(f"{what}: nothing in the linear model matches {pattern!r}; {reason(pattern, names)}")

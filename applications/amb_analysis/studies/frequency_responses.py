@@ -37,7 +37,7 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.prepare_run import prepare_run
-from amb_files.checks import require, require_choice
+from amb_files.checks import as_names, require, require_choice
 from array_types import Array, Complex
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.refinement import about_resonances, vertex
@@ -169,8 +169,8 @@ def response(
     controller: str | Path | None = None,
     measured: str | Path | Measurement | None = None,
     loop: Loop | None = None,
-    inputs: Sequence[str] = (),
-    outputs: Sequence[str] = (),
+    inputs: str | Sequence[str] = (),
+    outputs: str | Sequence[str] = (),
     channels: Mapping[str, str] | None = None,
     channel_units: Mapping[str, str] | None = None,
     speed: Number | None = None,
@@ -245,6 +245,7 @@ def response(
     require_choice("estimator", estimator, ESTIMATORS)
     ends = frequency_range(lowest, up_to)
     estimation = estimation_of(estimator, segment, window, exponential_window)
+    inputs, outputs = as_names("inputs", inputs), as_names("outputs", outputs)
     curves: Sequence[FrequencyResponse] = ()
     of_data: tuple[str, ...] = ()
     if measured is not None:

@@ -36,7 +36,7 @@ from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
-from amb_files.checks import require_choice
+from amb_files.checks import as_names, require_choice
 from amb_files.plain_values import plain_values
 from array_types import Array, Complex
 from rotor_analysis.assembly import assemble, with_bearings
@@ -106,10 +106,10 @@ def fit(
     scenario: str | Path | None = None,
     controller: str | Path | None = None,
     measured: str | Path | Measurement | None = None,
-    free: Mapping[str, tuple[Number, Number]] | Sequence[str] = (),
+    free: Mapping[str, tuple[Number, Number]] | str | Sequence[str] = (),
     loop: Loop | None = None,
-    inputs: Sequence[str] = (),
-    outputs: Sequence[str] = (),
+    inputs: str | Sequence[str] = (),
+    outputs: str | Sequence[str] = (),
     channels: Mapping[str, str] | None = None,
     channel_units: Mapping[str, str] | None = None,
     speed: Number | None = None,
@@ -166,6 +166,7 @@ def fit(
         raise ValueError("measured is missing; a fit needs a measurement")
     files = scenario, rotor, controller
     subject = FittedMachine.load(files, loop, speed, free_bounds(free), plain_values(set, "set"), flavour)
+    inputs, outputs = as_names("inputs", inputs), as_names("outputs", outputs)
     content = measured_content(measured, channels, channel_units, inputs, outputs, ends, estimation)
     curves = [thinned(curve) for curve in resolved(content.responses)]
     if not curves and content.modes is None:

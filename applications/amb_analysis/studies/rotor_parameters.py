@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from amb_analysis.studies.inputs import Number
-from amb_files.checks import repeated
+from amb_files.checks import as_names, repeated
 from amb_files.pack_file import rotor_path
 from amb_files.plain_values import plain_value
 from amb_files.suggestions import suggest
@@ -106,7 +106,7 @@ class RotorParameters:
         return rotor_from(data, "the fitted rotor")
 
 
-def free_bounds(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> dict[str, tuple[Number, Number]]:
+def free_bounds(free: Mapping[str, tuple[Number, Number]] | str | Sequence[str]) -> dict[str, tuple[Number, Number]]:
     """Return the lowest and the highest allowed value of each parameter, by name, as the user wrote them.
 
     Raises
@@ -114,7 +114,7 @@ def free_bounds(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> di
     ValueError
         If there are no parameters, or a name has two pairs of bounds.
     """
-    pairs = list(free.items()) if isinstance(free, Mapping) else [_split(text) for text in free]
+    pairs = list(free.items()) if isinstance(free, Mapping) else [_split(text) for text in as_names("free", free)]
     if not pairs:
         raise ValueError("free is missing; name a parameter with its bounds, such as bodies.wheel.mass=3:5")
     if twice := repeated(name for name, _ in pairs):

@@ -146,7 +146,7 @@ class Comparison:
 
 
 def compare(
-    *sources: Source,
+    *sources: Source | Sequence[Source],
     set: Mapping[str, Raw] | Sequence[Mapping[str, Raw] | None] | None = None,
     rotor: RotorSource | Sequence[RotorSource] = None,
     flavour: Flavour | Sequence[Flavour] = "native",
@@ -161,8 +161,8 @@ def compare(
     Parameters
     ----------
     sources
-        Two to eight sources, each of which is a scenario (or its name or TOML file) or a result (or its folder or
-        file).
+        Two to eight sources, or a list of them. Each is a scenario (or its name or TOML file) or a result (or its
+        folder or file).
     set
         Values by `component.variable` that replace those in the scenario.
     rotor
@@ -181,13 +181,14 @@ def compare(
     Interrupted
         If Ctrl-C ends a run. This is a KeyboardInterrupt; its attribute `result` compares the runs until then.
     """
-    if not 2 <= len(sources) <= MOST:
-        raise ValueError(f"compare needs 2 to {MOST} runs, not {len(sources)}")
+    chosen: list[Any] = [source for each in sources for source in (each if isinstance(each, list | tuple) else [each])]
+    if not 2 <= len(chosen) <= MOST:
+        raise ValueError(f"compare needs 2 to {MOST} runs, not {len(chosen)}")
     settings, rotors, flavours = (
-        _for_each(value, len(sources), name) for value, name in ((set, "set"), (rotor, "rotor"), (flavour, "flavour"))
+        _for_each(value, len(chosen), name) for value, name in ((set, "set"), (rotor, "rotor"), (flavour, "flavour"))
     )
     plans = []
-    for number, source in enumerate(sources):
+    for number, source in enumerate(chosen):
         loaded = load(source)
         if isinstance(loaded, Result):
             for value, values, default in ((set, settings, None), (rotor, rotors, None), (flavour, flavours, "native")):
@@ -199,7 +200,7 @@ def compare(
     if (set or rotor or until) and all(isinstance(plan, Result) for plan in plans):
         raise ValueError("settings require a scenario; all of these are saved results")
     sides: list[Side] = []
-    for source, plan, its_set, its_rotor, its_flavour in zip(sources, plans, settings, rotors, flavours, strict=True):
+    for source, plan, its_set, its_rotor, its_flavour in zip(chosen, plans, settings, rotors, flavours, strict=True):
         if isinstance(plan, Result):
             sides.append(Side(plan.scenario, _source_text(source), {}, plan))
             continue

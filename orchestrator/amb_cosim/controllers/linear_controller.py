@@ -80,7 +80,7 @@ class LinearController:
         self,
         folder: str | Path,
         flavour: Flavour = "native",
-        platforms: Iterable[str] | None = None,
+        platforms: str | Iterable[str] | None = None,
         fmi: Fmi = 2,
     ) -> Path:
         """Write `linear_controller.fmu` into a folder and return its path; the options are as for `amb_cosim.build`."""
@@ -135,8 +135,8 @@ class LinearController:
 
 def linear_controller(
     K: Any,
-    inputs: Sequence[str] | None = None,
-    outputs: Sequence[str] | None = None,
+    inputs: str | Sequence[str] | None = None,
+    outputs: str | Sequence[str] | None = None,
     sample_time: Raw | None = None,
     *,
     method: str | None = None,

@@ -39,7 +39,7 @@ def build_assembled(
     flavour: Flavour = "native",
     rotor: RotorSource = None,
     receptances: TableSource = None,
-    platforms: Iterable[str] | None = None,
+    platforms: str | Iterable[str] | None = None,
     fmi: Fmi = 2,
     arrays: bool = True,
     sources: bool = False,

@@ -21,7 +21,7 @@ def build(
     flavour: Flavour = "native",
     rotor: RotorSource = None,
     receptances: TableSource = None,
-    platforms: Iterable[str] | None = None,
+    platforms: str | Iterable[str] | None = None,
     fmi: Fmi = 2,
     scenario: str | Path | Scenario | None = None,
     arrays: bool = True,

@@ -24,7 +24,7 @@ def export_ssp(
     rotor: RotorSource = None,
     receptances: TableSource = None,
     flavour: Flavour = "native",
-    platforms: Iterable[str] | None = None,
+    platforms: str | Iterable[str] | None = None,
     connectors: bool = False,
     integers: bool = False,
 ) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -112,19 +113,25 @@ class Result(Run):
             draw_all(self.signals, folder)
         return folder
 
-    def to_csv(self, path: str | Path, *variables: str, begin: Raw | None = None, until: Raw | None = None) -> Path:
+    def to_csv(
+        self, path: str | Path, *variables: str | Sequence[str], begin: Raw | None = None, until: Raw | None = None
+    ) -> Path:
         """Write variables as a table with names and units in its first row; see `plot` for the arguments."""
         from amb_cosim.results.selection import select, to_csv
 
-        to_csv(select(self.signals, variables, begin, until), Path(path))
-        return Path(path)
+        path = as_path("path", path)
+        to_csv(select(self.signals, variables, begin, until), path)
+        return path
 
-    def to_mat(self, path: str | Path, *variables: str, begin: Raw | None = None, until: Raw | None = None) -> Path:
+    def to_mat(
+        self, path: str | Path, *variables: str | Sequence[str], begin: Raw | None = None, until: Raw | None = None
+    ) -> Path:
         """Write variables as a MAT file, with underscores instead of dots in names; see `plot` for the arguments."""
         from amb_cosim.results.selection import select, to_mat
 
-        to_mat(select(self.signals, variables, begin, until), Path(path))
-        return Path(path)
+        path = as_path("path", path)
+        to_mat(select(self.signals, variables, begin, until), path)
+        return path
 
     def __repr__(self) -> str:
         return f"<Result of {self.scenario}: {self.outcome}; {len(self.dataset.data_vars)} variables>"

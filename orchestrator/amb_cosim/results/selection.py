@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from amb_cosim.cosim.record.signals import AT_STEPS, Signals, variables_of
 from amb_cosim.cosim.system.tables import moment_of
 from amb_cosim.cosim.system.values import Raw
 from amb_files.atomic import write_atomically
-from amb_files.checks import repeated
+from amb_files.checks import as_names, repeated
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matching_names
 from array_types import Array, Bools
@@ -45,7 +46,7 @@ class Selection:
 
 def select(
     dataset: Signals,
-    variables: Sequence[str] = (),
+    variables: Sequence[str | Sequence[str]] = (),
     begin: Raw | None = None,
     until: Raw | None = None,
     figures: Sequence[str] = (),
@@ -70,7 +71,7 @@ def select(
     """
     available = [name for name in variables_of(dataset) if not name.endswith(AT_STEPS)]
     chosen: dict[str, None] = {}
-    for pattern in variables:
+    for pattern in chain.from_iterable(as_names("variables", each) for each in variables):
         matching = [name for name in available if name == pattern or name.partition(".")[2] == pattern]
         matching = matching or matching_names(available, pattern) or matching_names(available, f"*.{pattern}")
         if not matching:

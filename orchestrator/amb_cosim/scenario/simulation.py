@@ -34,7 +34,7 @@ def run(
     loop: Loop = "compiled",
     progress: bool | Progress | None = None,
     isolated: bool | None = None,
-    save_at: Sequence[Raw] = (),
+    save_at: Raw | Sequence[Raw] = (),
     start: Checkpoint | str | Path | None = None,
     autosave: str | Path | None = None,
     autosave_every: Raw = AUTOSAVE_TIME,
@@ -67,8 +67,8 @@ def run(
         Whether the FMUs run in a separate process, so that a crash only raises an exception; by default only if one of
         them is an FMU file.
     save_at
-        Times, such as `cycle 5` or `0.3 s`, whose state `result.checkpoint` returns. The state does not yet include
-        changes at these times.
+        Time or times, such as `cycle 5` or `0.3 s`, whose state `result.checkpoint` returns. The state does not yet
+        include changes at these times.
     start
         A checkpoint with the same past, or its file, from which the run continues. The result equals that of the whole
         run to the last bit.

@@ -37,7 +37,7 @@ from amb_assessment.assessment.physics.stability import instability
 from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.processes.blas import one_blas_thread
-from amb_files.checks import as_path, require_choice
+from amb_files.checks import as_items, as_names, as_path, require_choice
 from amb_files.suggestions import suggest
 
 
@@ -216,8 +216,8 @@ class Assessment:
 def assess(
     machine: str | Path | MachineFile,
     *,
-    only: Sequence[str] = (),
-    criteria: Sequence[str | Path] = (),
+    only: str | Sequence[str] = (),
+    criteria: str | Path | Sequence[str | Path] = (),
     flavour: Flavour = "native",
     progress: ProgressCallback | None = None,
 ) -> Assessment:
@@ -228,9 +228,9 @@ def assess(
     machine
         A machine file, the name of a packaged machine, or the result of `load_machine`.
     only
-        Names of the parts to compute; all by default.
+        Name or names of the parts to compute; all by default.
     criteria
-        Criteria files that replace those of the machine file or the package.
+        One or more criteria files that replace those of the machine file or the package.
     flavour
         Flavour of the FMUs.
     progress
@@ -251,7 +251,8 @@ def assess(
     """
     require_choice("flavour", flavour, FLAVOURS)
     file = machine if isinstance(machine, MachineFile) else load_machine(as_path("machine", machine))
-    by_file = criteria_by_file(criteria or file.criteria)
+    only, criteria = as_names("only", only), as_items(criteria)
+    by_file = criteria_by_file([as_path("criteria", item) for item in criteria] or file.criteria)
     requested = tuple(item for of_file in by_file.values() for item in of_file)
     unknown = [name for name in only if name not in ANALYSES]
     if unknown:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from amb_cosim.cosim.choices import FLAVOURS, FMIS, Flavour, Fmi
 from amb_files.archive import write_archive
-from amb_files.checks import require_choice
+from amb_files.checks import as_names, require_choice
 from array_types import Array
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class BuildTarget:
     """
 
     flavour: Flavour = "native"
-    platforms: Iterable[str] | None = None
+    platforms: str | Iterable[str] | None = None
     fmi: Fmi = 2
     arrays: bool = True
     sources: bool = False
@@ -36,13 +36,13 @@ class BuildTarget:
         require_choice("flavour", self.flavour, FLAVOURS)
         require_choice("fmi", self.fmi, FMIS)
         if self.platforms is not None:  # an iterator would serve only the first of several FMUs
-            object.__setattr__(self, "platforms", tuple(self.platforms))
+            object.__setattr__(self, "platforms", as_names("platforms", self.platforms))
         if self.fmi == 2 and not self.arrays:
-            raise ValueError("FMUs without arrays require FMI 3.0 (--fmi 3); FMI 2.0 never has arrays")
+            raise ValueError("FMUs without arrays require FMI 3.0 (fmi = 3); FMI 2.0 never has arrays")
         if self.flavour == "python" and self.fmi != 2:
             raise ValueError("FMI 3.0 requires native FMUs; PythonFMU supports only FMI 2.0")
         if self.flavour == "python" and self.sources:
-            raise ValueError("--sources requires native FMUs; FMUs of flavour python contain their Python code")
+            raise ValueError("sources = True is not allowed with flavour = python; such FMUs contain their Python code")
 
     def fmu(self, model: Model, constants: Array) -> bytes:
         """Return the FMU of a model with its constants."""

@@ -13,8 +13,8 @@ from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.state_fingerprint import state_fingerprint
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.tables import moment_of
-from amb_cosim.cosim.system.values import Raw
-from amb_files.checks import require_choice
+from amb_cosim.cosim.system.values import Raw, plain_value
+from amb_files.checks import as_items, require_choice
 
 log = logging.getLogger(__name__)
 
@@ -45,7 +45,11 @@ class Saves:
     file: Path | None = None
     every: float = AUTOSAVE_TIME
     held: bool = False
-    moments: Sequence[Raw] = ()
+    moments: Raw | Sequence[Raw] = ()
+
+    def __post_init__(self) -> None:
+        moments = tuple(plain_value(moment, "save_at") for moment in as_items(self.moments))
+        object.__setattr__(self, "moments", moments)
 
     def for_plan(self, plan: Plan) -> Saves:
         """Return these saves with the points of all moments; drop automatic saves if an FMU cannot serialise its state.
@@ -56,7 +60,7 @@ class Saves:
             If a moment is not a time or is after the end of the plan, or if an FMU cannot save or serialise its state.
         """
         points = [*self.points]
-        for moment in self.moments:
+        for moment in as_items(self.moments):
             points.append(plan.grid.nearest("moment", moment_of(moment, plan.period or None, "save_at")))
             if points[-1] > plan.last:
                 raise ValueError(

@@ -47,7 +47,7 @@ def simulate(
     step_size: Raw | None = None,
     stop_time: Raw | None = None,
     isolated: bool | None = None,
-    save_at: Sequence[Raw] = (),
+    save_at: Raw | Sequence[Raw] = (),
     start: Checkpoint | str | Path | None = None,
     **options: Any,
 ) -> Simulation:

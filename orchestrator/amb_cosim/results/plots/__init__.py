@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -82,7 +82,7 @@ class Plots:
         """Draw the last turns at bearings and sites, with keyphasor marks and arrows in the direction of whirl."""
         return figure(self._dataset, "turns")
 
-    def __call__(self, *variables: str, begin: Raw | None = None, until: Raw | None = None) -> Figure:
+    def __call__(self, *variables: str | Sequence[str], begin: Raw | None = None, until: Raw | None = None) -> Figure:
         """Draw variables over time: `plot("left.x", "*.f_n", begin="cycle 4", until="0.3 s")`.
 
         If a thinned record has all of them at every step, these values are drawn.
