@@ -129,7 +129,7 @@ def read_variations(vary: Vary) -> list[Variation]:
     if duplicates := repeated(name for variation in variations for name in names_of(variation)):
         raise ValueError(f"{', '.join(sorted(duplicates))} is varied twice; it may be varied once")
     if not variations:
-        raise ValueError("nothing is varied; a sweep needs --vary NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...")
+        raise ValueError("nothing is varied; `vary` must have a name with START:STOP:COUNT or VALUE,VALUE,...")
     return variations
 
 

@@ -80,9 +80,9 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
     from distributed.utils import silence_logging_cmgr
 
     if scheduler is not None and jobs is not None:
-        raise ValueError("--jobs is for a local cluster; a scheduler's workers are started separately")
+        raise ValueError("`jobs` is for a local cluster; a scheduler's workers are started separately")
     if jobs is not None and jobs < 1:
-        raise ValueError(f"--jobs {jobs} is not allowed; it must be 1 or more")
+        raise ValueError(f"jobs = {jobs} is not allowed; it must be 1 or more")
     with dask.config.set(SETTINGS), silence_logging_cmgr(logging.CRITICAL):  # failures are reported as one message
         if scheduler is None:
             with local_cluster(jobs) as cluster, Client(cluster) as client:

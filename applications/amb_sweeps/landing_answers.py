@@ -63,7 +63,7 @@ def _probability(
     without = [f"{n} {what}" for n, what in ((open_, "undecided when the run ended"), (lost, "failed")) if n]
     beside = f"; {' and '.join(without)}, counted as either" if without else ""
     if open_ + lost > UNANSWERED * runs:
-        beside += ", so the question is unanswered" + ("; --until lets the runs last longer" if open_ else "")
+        beside += ", so the question is unanswered" + ("; a later `until` lets the runs last longer" if open_ else "")
     return (
         f"whirl in {count} of {runs} landings: {_share(interval)} ({100.0 * CONFIDENCE:g} % confidence{exact}){beside}"
     )

@@ -143,10 +143,12 @@ def check_refinement(design: SamplePlan, tolerance: float, metric: str) -> None:
     """Raise ValueError if a sweep cannot be refined to a tolerance at the boundary of a metric."""
     if not 1e-6 <= tolerance < 1.0:
         raise ValueError(
-            f"--certainty {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, as a fraction of an axis"
+            f"certainty = {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, as a fraction of an axis"
         )
     if not refined_axes(design):
-        raise ValueError(f"--sample boundary:{metric} needs an axis with two or more numbers in ascending order")
+        raise ValueError(
+            f"sample = 'boundary:{metric}' is not allowed; it needs an axis with two or more numbers in ascending order"
+        )
 
 
 def refined_axes(design: SamplePlan) -> list[Axis]:

@@ -178,13 +178,13 @@ def sweep(
         require(callable(metric), "metrics", repr(metric), "functions that take a result")
     unknown = [name for name in keep if name not in (*outcomes.RUN, "all")]
     if unknown:
-        raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(outcomes.RUN)}")
+        raise ValueError(f"keep = {unknown[0]!r} is not allowed; it must be all or one of {', '.join(outcomes.RUN)}")
     kind, _, metric = sample.partition(":")
     bisected = kind == "boundary"
     design = sample_plan(vary, "grid" if bisected else sample, seed)
     boundary = metric if bisected else boundary
     if boundary not in BOUNDARIES:
-        option = f"--sample {sample}" if bisected else f"--boundary {boundary}"
+        option = f"sample = {sample!r}" if bisected else f"boundary = {boundary!r}"
         raise ValueError(f"{option} is not allowed; the metric must be one of {', '.join(BOUNDARIES)}")
     if bisected:
         check_refinement(design, certainty, boundary)

@@ -111,12 +111,12 @@ def sample_plan(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
     names = ", ".join(part.name for group in ranges for part in group)
     if sample == "grid":
         if ranges:
-            raise ValueError(f"{names} has no count; write START:STOP:COUNT, or --sample random:N")
+            raise ValueError(f"{names} has no count; write START:STOP:COUNT, or sample='random:N'")
         design = SamplePlan(axes)
     else:
         method, count = _method(sample)
         if not ranges:
-            raise ValueError(f"--sample {sample} has nothing to sample; write a range NAME=START:STOP without a count")
+            raise ValueError(f"sample = {sample!r} has nothing to sample; write a range START:STOP without a count")
         shares = _draw(method, count, [group[0].name for group in ranges], seed)
         design = SamplePlan((*axes, sampled_axis(ranges, shares)), sample, seed)
     if design.size > MOST_POINTS:
@@ -137,7 +137,7 @@ def _method(sample: str) -> tuple[str, int]:
     match = re.fullmatch(r"(random|lhs|sobol|saltelli):(\d+)", sample)
     if match is None or not 1 <= int(match[2]) <= MOST_POINTS:
         allowed = f"grid, boundary:METRIC, random:N, lhs:N, sobol:N or saltelli:N, with N from 1 to {MOST_POINTS}"
-        raise ValueError(f"--sample {sample} is not allowed; it must be {allowed}")
+        raise ValueError(f"sample = {sample!r} is not allowed; it must be {allowed}")
     return match[1], int(match[2])
 
 
@@ -173,7 +173,7 @@ def _saltelli(count: int, dimensions: int, seed: int) -> np.ndarray[Any, Any]:
     from SALib.sample import sobol
 
     if count < 2 or count & (count - 1):
-        raise ValueError(f"--sample saltelli:{count} is not allowed; it must be a power of 2, such as 64")
+        raise ValueError(f"sample = 'saltelli:{count}' is not allowed; it must be a power of 2, such as 64")
     return np.asarray(sobol.sample(unit_problem(dimensions), count, calc_second_order=False, seed=seed))
 
 

@@ -101,7 +101,7 @@ def _unsupported(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[s
         if bearing.n_link is not None:
             yield "a bearing that is supported by another part", bearing.tag
         if bearing.frequency and frequency is None and magnet_of(bearing) is None:
-            yield "coefficients that depend on the whirl frequency, without a --frequency that selects one", bearing.tag
+            yield "coefficients that depend on the whirl frequency, without a `frequency` that selects one", bearing.tag
         count = len(bearing.speed or bearing.frequency or [0.0])
         settings = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]
         if any(len(values) != count for values in settings if values):

@@ -80,7 +80,7 @@ def outcome_cases(pack: str, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
                 cases.append(OutcomeCase(name, scenario_of(source), dict(source.set)))
     unknown = [name for name in only if name not in {case.name for case in cases}]
     if unknown:
-        raise ValueError(f"--only {unknown[0]} is not allowed; {suggest(unknown[0], [case.name for case in cases])}")
+        raise ValueError(f"only = {unknown[0]} is not allowed; {suggest(unknown[0], [case.name for case in cases])}")
     if not cases:
         raise ValueError(f"pack {pack!r} has neither scenarios nor statements about one")
     return [case for case in cases if not only or case.name in only]

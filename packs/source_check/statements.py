@@ -252,7 +252,7 @@ def selected(statements: Statements, only: Collection[str] = ()) -> tuple[Statem
     named = statements.named
     for name in only:
         if name not in named:
-            raise ValueError(f"--only {name} is not allowed; {suggest(name, sorted(named))}")
+            raise ValueError(f"only = {name} is not allowed; {suggest(name, sorted(named))}")
     chosen = {statement.key for name in only for statement in named[name]}
     return tuple(statement for statement in statements.statement if not only or statement.key in chosen)
 

@@ -38,7 +38,7 @@ CHECKPOINT = Checkpoint(
     warnings={"a": ["limit"], "b": []},
 )
 PARTS = ("head", "signals", "scales", "points", "table", "state_0", "checksum")
-REFUSED = ("damaged", "unchanged", "--save-at")
+REFUSED = ("damaged", "unchanged")
 
 
 @pytest.fixture
@@ -127,14 +127,14 @@ def test_a_checkpoint_of_another_format_is_refused(file, monkeypatch):
 def test_a_pipe_folder_or_missing_file_is_no_checkpoint(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", tmp_path, "/dev/zero", tmp_path / "missing"):
-        with raises_naming(ValueError, "no checkpoint", str(path), "--save-at"):
+        with raises_naming(ValueError, "no checkpoint", str(path), "save_at"):
             Checkpoint.load(path)
 
 
 def test_a_run_from_a_foreign_file_ends_with_code_2_and_one_message(refuses, file, tmp_path):
     """Before anything is built."""
     forge(file, table=np.ones((3, 1)))
-    for start, facts in ((file, REFUSED), (tmp_path, ("no checkpoint", "--save-at"))):
+    for start, facts in ((file, REFUSED), (tmp_path, ("no checkpoint", "file"))):
         assert_names(refuses(str(start), "run", str(RUB), "--from", str(start), "-o", "out"), *facts)
 
 

@@ -1,6 +1,7 @@
 """The Python interface of the package, and the command line as a thin layer over it."""
 
 import _thread
+import ast
 import copy
 import dataclasses
 import inspect
@@ -243,6 +244,31 @@ def test_a_single_value_where_a_list_is_meant_is_one_item(argument):
     assert LISTS[argument](lambda item: item) == whole
     with raises_naming(ValueError, argument):
         LISTS[argument](lambda _: [object()])
+
+
+def test_no_error_of_a_function_speaks_of_options_of_the_command_line():
+    """A command puts its options in place of the arguments."""
+    packages = (ROOT / folder for folder in ("libraries", "fmus", "orchestrator", "applications", "packs"))
+    files = [path for package in packages for path in package.rglob("*.py") if "command" not in str(path)]
+    raised = [
+        (path.name, text.value)
+        for path in files
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Raise)
+        for text in ast.walk(node)
+        if isinstance(text, ast.Constant) and isinstance(text.value, str)
+    ]
+    assert len(raised) > 1000
+    assert [each for each in raised if re.search(r"(?<![\w-])--[a-z]", each[1])] == []
+
+
+def test_a_hint_of_a_function_is_shown_by_its_command_as_an_option(runner, tmp_path):
+    columns = "frequency [Hz],fan.x/fan.f_x amplitude,fan.x/fan.f_x phase [deg]"
+    (tmp_path / "measured.csv").write_text(f"{columns}\n1,2,3\n2,3,4\n")
+    with raises_naming(ValueError, "channel_units={'fan.x/fan.f_x amplitude': 'm/N'}"):
+        studies.response(rotor="compressor", measured=tmp_path / "measured.csv")
+    shown = runner("study", "response", "--rotor", "compressor", "--measured", "measured.csv")
+    assert "--channel-unit 'fan.x/fan.f_x amplitude=m/N'" in shown.stderr
 
 
 def test_a_list_where_several_arguments_are_meant_are_these(result, tmp_path):

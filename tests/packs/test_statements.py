@@ -89,5 +89,5 @@ def test_forces_are_judged_on_the_converged_rig(statements):
 
 
 def test_an_unknown_selection_is_refused(statements):
-    with pytest.raises(ValueError, match=r"--only fig4_99 is not allowed; did you mean fig4_9"):
+    with pytest.raises(ValueError, match=r"only = fig4_99 is not allowed; did you mean fig4_9"):
         selected(statements, ["fig4_99"])

@@ -111,7 +111,7 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
     if plain_number(place) is not None:  # a node of an instrument has a number, too
         raise ValueError(
             f"channel {name!r}: {place} is not a place of rotor {rotor.name}; a position must have a unit, as in "
-            f"'0.12 m.{ending}', and a measured channel needs a place: --channel '{name}=0.12 m.{ending}'"
+            f"'0.12 m.{ending}', and a measured channel needs a place: channels={{'{name}': '0.12 m.{ending}'}}"
         )
     try:
         position = to_unit(place, "m", name)

@@ -151,7 +151,9 @@ def _linear(unit: str, amplitude: Array, name: str) -> tuple[str, Array]:
     if reference.startswith("(") and reference.endswith(")") and reference.find(")") == len(reference) - 1:
         reference = reference[1:-1]
     if not reference:
-        raise ValueError(f"{name} in dB has no reference; state one, for example --channel-unit '{name}=dB re 1 m/N'")
+        raise ValueError(
+            f"{name} in dB has no reference; state one, for example channel_units={{'{name}': 'dB re 1 m/N'}}"
+        )
     size = float(decibel["size"] or 1.0)
     if not 0.0 < size < np.inf:
         raise ValueError(f"{name} in dB has the reference {decibel['size']}, which is not allowed; it must be > 0")
@@ -173,7 +175,7 @@ def _radians(unit: str, phase: Array, name: str) -> Array:
     if factor == 1.0 and largest > 2.0 * np.pi and (jump := float(np.max(np.abs(np.diff(phase))))) > HALF_TURN:
         raise ValueError(
             f"{name} jumps by {jump:.3g} {unit} between neighbouring lines, so it is neither wrapped nor unwrapped; "
-            f"state its unit, for example --channel-unit '{name}=deg'"
+            f"state its unit, for example channel_units={{'{name}': 'deg'}}"
         )
     return np.asarray(radians)
 

@@ -196,7 +196,7 @@ def _number_points(functions: Sequence[dict[str, Any]], places: Container[str]) 
         first = next(iter(lacking))
         raise ValueError(
             f"{len(lacking)} points have node 0 and no name: {listed}{', ...' if len(lacking) > MOST_LISTED else ''}; "
-            f"state the place of each, for example --channel '{first}=0.1 m.x'"
+            f"state the place of each, for example channels={{'{first}': '0.1 m.x'}}"
         )
 
 
@@ -317,7 +317,7 @@ def _unit(item: Set, axis: str, label: str, name: str) -> tuple[float, str]:
 
 
 def _example(name: str) -> str:
-    return f"for example --channel-unit '{name}={'m/N' if '/' in name else 'm/s2'}'"
+    return f"for example channel_units={{'{name}': '{'m/N' if '/' in name else 'm/s2'}'}}"
 
 
 def _abscissa(item: Set, name: str, target: str, units: StatedUnits) -> Array:
@@ -328,13 +328,13 @@ def _abscissa(item: Set, name: str, target: str, units: StatedUnits) -> Array:
         return np.asarray(item["x"] * factor_to(target, stated, name))
     if by_type is None:
         raise ValueError(
-            f"{name} with data of type {kind} is not allowed; state its unit: --channel-unit {name}={target}"
+            f"{name} with data of type {kind} is not allowed; state its unit: channel_units={{'{name}': '{target}'}}"
         )
     factor = factor_to(target, label or by_type, name)
     if kind == RPM and not np.isclose(factor, factor_to(target, by_type, name), rtol=SAME_UNIT):
         raise ValueError(
             f"{name}: the label {label!r} contradicts the type of data {kind}, rpm; state its unit: "
-            f"--channel-unit {name}={target}"
+            f"channel_units={{'{name}': '{target}'}}"
         )
     return np.asarray(item["x"] * factor)
 

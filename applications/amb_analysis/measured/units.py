@@ -146,5 +146,5 @@ def split_quotient(unit: str, name: str) -> tuple[str, str]:
 def _require_unit(unit: str, name: str, example: str) -> None:
     if not unit.strip():
         raise ValueError(
-            f"{name} has no unit; write the unit into the file, or state it with --channel-unit '{name}={example}'"
+            f"{name} has no unit; write it into the file, or state it with channel_units={{'{name}': '{example}'}}"
         )

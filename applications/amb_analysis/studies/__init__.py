@@ -89,7 +89,7 @@ _GENERAL = {
     "receptance": Study(".sensor_receptance", "Compute synchronous responses to bearing forces."),
     "response": Study(
         ".frequency_responses",
-        "Compute frequency responses. With --measured, they are overlaid on a measurement.",
+        "Compute frequency responses, alone or overlaid on a measurement.",
     ),
     "fit": Study(
         ".rotor_fit",

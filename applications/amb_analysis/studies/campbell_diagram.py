@@ -115,7 +115,7 @@ class CampbellDiagram(WarnedResult, DrawnResult):
             f"computed with {self.coordinates} coordinates instead of {self.of}; eigenvalues agree within "
             f"{self.error:.0e} with those of the"
         )
-        return [self._answer(), table, *notes, f"{reduced} full model; use --full to analyse it"]
+        return [self._answer(), table, *notes, f"{reduced} full model; the option `full` analyses it"]
 
     def _answer(self) -> str:
         """State the number of critical speeds, the least damped of them, and the nearest to the operating speed.

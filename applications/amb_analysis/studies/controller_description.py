@@ -104,7 +104,7 @@ def describe_controller(file: Path, speed: str, modes: Sequence[float]) -> Contr
         If the file or the speed is not allowed.
     """
     controller = linear_controller(file)
-    requested = quantity(speed, "rad/s", "--speed")
+    requested = quantity(speed, "rad/s", "speed")
     nearest = min(controller.laws, key=lambda point: abs(point - requested))
     omega = frequencies(controller)
     below = tuple(mode for mode in modes if mode < omega[-1])

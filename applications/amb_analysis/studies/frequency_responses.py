@@ -158,7 +158,7 @@ class FrequencyResponses(WarnedResult, DrawnResult):
         if self.exponential_window is not None:
             return [f"damping ratios without that of the exponential window of {self.exponential_window:.4g} s"]
         if self.estimate is None and any(mode.measured_damping is not None for mode in self.modes):
-            return ["if an exponential window was used, state --exponential-window TAU; it adds damping"]
+            return ["if an exponential window was used, state its `exponential_window`; it adds damping"]
         return []
 
 
@@ -452,7 +452,7 @@ def _requested(
     inputs: Sequence[str], outputs: Sequence[str], ends: tuple[float | None, float | None]
 ) -> list[FrequencyResponse]:
     """Return a response from each input to each output, without values, between two frequencies (Hz)."""
-    missing = [name for name, ends in (("inputs (--input)", inputs), ("outputs (--response)", outputs)) if not ends]
+    missing = [name for name, ends in (("`inputs`", inputs), ("`outputs`", outputs)) if not ends]
     if missing:
         raise ValueError(f"{' and '.join(missing)} are missing; without a measurement, name at least one of each")
     highest = ends[1] or max(HIGHEST, 2.0 * (ends[0] or 0.0))

@@ -69,12 +69,20 @@ def refusing() -> Iterator[None]:
 
 
 def _with_options(message: str) -> str:
-    """Return the message of a function with the names of the command's options in place of those of its arguments."""
+    """Return the message of a function with the names of the command's options in place of those of its arguments.
+
+    Messages state arguments as they are written in Python: `up_to = 3 is not allowed`, `up_to='50 Hz'`,
+    `channels={'acc1': '0.1 m.x'}`, or the mere name in backticks.
+    """
     context = click.get_current_context(silent=True)
     for parameter in () if context is None else context.command.params:
         if isinstance(parameter, click.Option) and parameter.name:
-            option = max(parameter.opts, key=len).removeprefix("--")
-            message = re.sub(rf"(?<![\w.]){parameter.name} = ", f"{option} = ", message)
+            option = max(parameter.opts, key=len)
+            begin = rf"(?<![\w.`]){parameter.name}"
+            message = re.sub(f"{begin} = ", f"{option.removeprefix('--')} = ", message)
+            message = re.sub(rf"{begin}=\{{'(.*?)': '(.*?)'\}}", rf"{option} '\1=\2'", message)
+            message = re.sub(rf"{begin}='(.*?)'", rf"{option} '\1'", message)
+            message = message.replace(f"`{parameter.name}`", option)
     return message
 
 

@@ -92,8 +92,8 @@ def test_velocity_and_acceleration_are_derivatives_at_any_position():
     [
         ("turbin.x", "m", False, ("turbin", "turbine")),
         ("eye", "m", False, ("eye", "expander")),
-        ("0.2.x", "m", False, ("0.2.x", "unit", "--channel")),
-        ("1e-3.f_y", "N", True, ("1e-3.f_y", "unit", "--channel")),
+        ("0.2.x", "m", False, ("0.2.x", "unit", "channels")),
+        ("1e-3.f_y", "N", True, ("1e-3.f_y", "unit", "channels")),
         ("turbine.x", "m", True, ("input", "m")),
         ("turbine.x", "N", False, ("output", "N")),
     ],

@@ -108,11 +108,11 @@ READ: dict[str, Callable[[Path], Path]] = {
 REFUSED = {
     "dB without a reference": (
         lambda d: table(d / "a.csv", ["amplitude [dB]", "phase [deg]"], LEVEL, polar(H)[1]),
-        ("dB", "reference", "--channel-unit"),
+        ("dB", "reference", "channel_units"),
     ),
     "phase without a unit": (
         lambda d: table(d / "a.csv", ["amplitude [m/N]", "phase"], *polar(H)),
-        ("phase has no unit", "--channel-unit"),
+        ("phase has no unit", "channel_units"),
     ),
     "dB that are called m/N": (
         lambda d: table(d / "a.csv", ["amplitude [m/N]", "phase [deg]"], LEVEL, polar(H)[1]),
@@ -120,7 +120,7 @@ REFUSED = {
     ),
     "degrees that are called radians": (
         lambda d: table(d / "a.csv", ["amplitude [m/N]", "phase [rad]"], *polar(H)),
-        ("phase", "jumps", "--channel-unit", "=deg"),
+        ("phase", "jumps", "channel_units", "deg"),
     ),
     "a missing sample": (
         lambda d: record(d / "t.csv", np.delete(TIMES, 999), "%.6f"),
@@ -128,7 +128,7 @@ REFUSED = {
     ),
     "label against set 164": (
         lambda d: universal(d / "a.uff", H, "m", length=1e3),
-        ("'m'", "set 164", "--channel-unit"),
+        ("'m'", "set 164", "channel_units"),
     ),
 }
 

@@ -108,7 +108,7 @@ def test_computed_responses_have_the_window_of_the_measured_ones(rotor, windowed
 
 def test_responses_of_a_file_ask_for_the_window(rotor, windowed):
     text = str(studies.response(rotor=rotor(4.2), measured=Measurement(windowed[1])))
-    assert "--exponential-window TAU" in text
+    assert "exponential_window" in text
 
 
 def test_damping_below_a_tenth_of_that_of_the_window_is_unknown(windowed):

@@ -146,7 +146,7 @@ CURVE = "frequency [Hz],y/u amplitude{},y/u phase{}\n10,1,-90\n20,2,-180\n"
 def test_a_column_without_a_unit_is_refused(tmp_path, text, name, inputs):
     """A channel without a unit was taken to be in metres, and a phase in radians."""
     (tmp_path / "a.csv").write_text(text)
-    with raises_naming(ValueError, f"{name} has no unit", "--channel-unit"):
+    with raises_naming(ValueError, f"{name} has no unit", "channel_units"):
         read_measured(tmp_path / "a.csv", inputs=inputs)
 
 

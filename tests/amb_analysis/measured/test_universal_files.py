@@ -182,7 +182,7 @@ def test_functions_of_node_0_with_other_texts_are_other_points(written):
     """They were repetitions of one point, so that MAC compared one shape with itself."""
     sets = [at_node_0(scale * H, k + 2) for k, scale in enumerate((1.0, -0.5, 0.2))]
     path = written(*sets, at_node_0(np.full(len(F), 0.9), 3, func_type=6))
-    with raises_naming(ValueError, "3 points", "0 (1)", "'H1 : # 2 / # 1'", "0 (3)", "'H1 : # 4 / # 1'", "--channel"):
+    with raises_naming(ValueError, "3 points", "0 (1)", "'H1 : # 2 / # 1'", "0 (3)", "'H1 : # 4 / # 1'", "channels"):
         read_measured(path)
     with raises_naming(ValueError, "2 points", "0 (2)", "0 (3)"):
         read_measured(path, {"0 (1)": "0.1 m.x", "0": "0.1 m.x"})
@@ -292,7 +292,7 @@ def test_nodes_of_an_instrument_are_not_positions(written, tmp_path):
         "[[shaft.sections]]\nlength = 8.0\ndiameter = 0.4\n"
     )
     path = written(function(labels=("m", "N")))
-    with raises_naming(ValueError, "7.x", "unit", "--channel"):
+    with raises_naming(ValueError, "7.x", "unit", "channels"):
         studies.response(rotor=rotor, measured=path)
     result = studies.response(rotor=rotor, measured=path, channels={"3.x": "3 m.x", "7.x": "7 m.x"})
     assert list(result.responses) == ["3 m.x/7 m.x"]

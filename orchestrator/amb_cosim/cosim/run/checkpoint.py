@@ -191,7 +191,7 @@ class Checkpoint:
             If there is no file, or the file is damaged, has been changed, or has another version.
         """
         if not Path(path).is_file():
-            raise ValueError(f"no checkpoint {path}; it must be a file that --save-at wrote")
+            raise ValueError(f"no checkpoint {path}; it must be a file that `save_at` wrote")
         try:
             arrays = _read_arrays(Path(path))
             text = arrays["head"].tobytes()
@@ -204,7 +204,7 @@ class Checkpoint:
                 raise ValueError("version")
         except Exception as error:  # numpy, zipfile and json each raise their own
             raise ValueError(
-                f"{path} is not a checkpoint, or is damaged; it must be an unchanged file from --save-at"
+                f"{path} is not a checkpoint, or is damaged; it must be an unchanged file from `save_at`"
             ) from error
         raise ValueError(f"{path} is a checkpoint of format {version}; this version reads only format {VERSION}")
 

@@ -62,7 +62,7 @@ def run_isolated(plan: Plan, options: RunOptions) -> Recording:
                 if time.monotonic() > latest + LONGEST_SILENCE:
                     raise ProcessFailed(
                         f"{_names(assembly)} did not complete a step within {LONGEST_SILENCE:g} s, and the process was "
-                        f"ended; nothing was recorded (--no-isolated sets no limit)"
+                        f"ended; nothing was recorded (isolated = False sets no limit)"
                     )
                 continue
             kind, *content = received
