@@ -28,7 +28,7 @@ def sweep_bar(progress: bool | Report | None = None) -> Iterator[Report]:
         printed: set[str] = set()
 
         def report(done: int, total: int, dashboard: str) -> None:
-            if dashboard and dashboard not in printed:
+            if dashboard and dashboard not in printed and progress is not False:
                 printed.add(dashboard)
                 console.print(f"dashboard {dashboard}", highlight=False)
             if not start or done < start[0][1]:

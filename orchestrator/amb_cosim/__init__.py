@@ -27,6 +27,8 @@
     load_system  read a system file, or a system by its name
     cosim        the layer below, which knows FMI but no rotor: components, master, recording
 
+    ModelWarning, FmuError, StartFailed, ProcessFailed, Interrupted  for `warnings.filterwarnings` and `except`
+
 For documentation, use for example help(amb_cosim.run); `__version__` is the version. Invalid input raises ValueError,
 and the message names the value and the allowed range. Each part is loaded at first use.
 """
@@ -47,6 +49,11 @@ if TYPE_CHECKING:
     from amb_cosim import cosim as cosim
     from amb_cosim.comparison.compare import compare as compare
     from amb_cosim.controllers.linear_controller import linear_controller as linear_controller
+    from amb_cosim.cosim.errors import FmuError as FmuError
+    from amb_cosim.cosim.errors import Interrupted as Interrupted
+    from amb_cosim.cosim.errors import ModelWarning as ModelWarning
+    from amb_cosim.cosim.errors import ProcessFailed as ProcessFailed
+    from amb_cosim.cosim.errors import StartFailed as StartFailed
     from amb_cosim.cosim.run.simulate import simulate as simulate
     from amb_cosim.cosim.system.system import System as System
     from amb_cosim.cosim.system.system_file import load_system as load_system
@@ -93,6 +100,9 @@ _MODULES = {
     "System": "amb_cosim.cosim.system.system",
     "load_system": "amb_cosim.cosim.system.system_file",
     "cosim": "amb_cosim.cosim",
+    **dict.fromkeys(
+        ("ModelWarning", "FmuError", "StartFailed", "ProcessFailed", "Interrupted"), "amb_cosim.cosim.errors"
+    ),
 }
 
 _PACKAGES = ("live", "studies", "cosim")  # names that are packages

@@ -8,6 +8,8 @@ import inspect
 import pickle
 import re
 import threading
+import warnings
+from contextlib import nullcontext
 from fractions import Fraction
 from pathlib import Path
 from typing import Literal, SupportsFloat, get_args, get_origin, get_type_hints
@@ -29,6 +31,7 @@ from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.json_data import units_of
 from amb_cosim.presentation.units import speed_unit
 from amb_sweeps.axes import read_variations
+from rotor_analysis.rotor import Bearing, Rotor, Shaft
 from tests.support.messages import raises_naming
 
 SETTING = {"rotor_contact.rb1.clearance": "0.6 mm"}
@@ -244,6 +247,49 @@ def test_a_single_value_where_a_list_is_meant_is_one_item(argument):
     assert LISTS[argument](lambda item: item) == whole
     with raises_naming(ValueError, argument):
         LISTS[argument](lambda _: [object()])
+
+
+LONG = Rotor(
+    "long",
+    Shaft((0.0, 150.0, 300.0), (0.5,), youngs_modulus=2e11, density=7850.0, poissons_ratio=0.3),
+    bearings=(Bearing("left", 1), Bearing("right", 3)),
+)
+GIVEN = {
+    "run": lambda: amb_cosim.run("relevitation", until=0.6, progress=False).summary.warnings,
+    "compare": lambda: amb_cosim.compare("relevitation", "drop", until=0.6, progress=False).results[0].summary.warnings,
+    "studies": lambda: studies.layout(LONG).warnings,
+    "linearise": lambda: amb_cosim.linearise(MACHINE, set={"rotor_contact.impeller3.u": "9 kg.m"}).warnings,
+    "assess": lambda: amb_cosim.assess("turbo_expander", only="free_modes", progress=False).warnings,
+}
+
+
+@pytest.mark.parametrize("function", GIVEN)
+def test_warnings_of_a_result_are_python_warnings_at_the_line_of_the_user(function):
+    with warnings.catch_warnings(record=True) as given:
+        warnings.simplefilter("always")
+        sentences = GIVEN[function]()
+    models = [each for each in given if each.category is amb_cosim.ModelWarning]
+    assert [str(each.message) for each in models] == [*sentences]
+    assert sentences or function == "assess"  # whose machine is free of them
+    assert {each.filename for each in models} <= {__file__}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", amb_cosim.ModelWarning)
+        with pytest.raises(amb_cosim.ModelWarning) if sentences else nullcontext():
+            GIVEN[function]()
+
+
+def test_a_command_prints_its_warnings_once(runner):
+    shown = runner("run", "relevitation", "--until", "0.6", "--no-plots", "-o", "out")
+    assert (shown.stdout + shown.stderr).count("voltage limit") == 1
+    assert "ModelWarning" not in shown.stderr
+
+
+def test_an_assessment_reports_its_parts_to_a_function_and_shows_nothing_on_request(capfd):
+    told = []
+    amb_cosim.assess("turbo_expander", only="free_modes", progress=lambda *part: told.append(part))
+    assert [each[1:] for each in told] == [(0, 1)]
+    amb_cosim.assess("turbo_expander", only="free_modes", progress=False)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_no_error_of_a_function_speaks_of_options_of_the_command_line():

@@ -11,6 +11,7 @@ from amb_analysis.linear.components import LinearComponent, in_order, loop_of
 from amb_analysis.linear.linear_source import LinearSource, linear_source
 from amb_analysis.linear.model import LinearModel, linear_model
 from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.errors import give_warnings
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.processes.blas import one_blas_thread
 from amb_cosim.cosim.system.system import System
@@ -80,7 +81,9 @@ def linearise(
     (28, 20, 16)
     """
     resolved = linear_source(source, at, rotor=rotor, fmu=fmu, set=set, flavour=flavour)
-    return model_of(resolved, inputs, outputs, components, opened)
+    model = model_of(resolved, inputs, outputs, components, opened)
+    give_warnings(model.warnings)
+    return model
 
 
 def model_of(

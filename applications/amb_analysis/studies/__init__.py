@@ -11,7 +11,7 @@ or strings with a unit, such as "50 Hz".
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, wraps
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -115,15 +115,27 @@ def __getattr__(name: str) -> Any:
     if study is None:
         names = ", ".join(_all_studies())
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; the studies are {names}")
-    return _with_one_blas_thread(study.module, name)
+    return _as_users_call_it(study.module, name)
 
 
 @cache
-def _with_one_blas_thread(module: str, name: str) -> Any:
-    """Return the function of a study, limited to one thread of linear algebra; threads would wait for each other."""
+def _as_users_call_it(module: str, name: str) -> Any:
+    """Return the function of a study, limited to one thread of linear algebra, which gives its warnings to Python.
+
+    Several threads would wait for each other.
+    """
+    from amb_cosim.cosim.errors import give_warnings
     from amb_cosim.cosim.processes.blas import one_blas_thread
 
-    return one_blas_thread()(getattr(import_module(module, __name__), name))
+    function = one_blas_thread()(getattr(import_module(module, __name__), name))
+
+    @wraps(function)
+    def study(*arguments: Any, **options: Any) -> Any:
+        result = function(*arguments, **options)
+        give_warnings(getattr(result, "warnings", ()))
+        return result
+
+    return study
 
 
 def study_of(name: str) -> Study | None:

@@ -57,28 +57,15 @@ def assess(
     from amb_assessment.assessment.page.page import DATA, PAGE, write_data, write_page
     from amb_assessment.assessment.page.pdf import PDF, print_page
     from amb_cosim.commands.cli_errors import Failed
-    from amb_cosim.presentation.plain_console import plain_console
-    from amb_cosim.presentation.progress import bars
     from amb_cosim.presentation.text_tables import print_parts, show_warnings
     from amb_cosim.presentation.units import convert_units_in_text
 
-    with refusing(), bars(plain_console(stderr=True), interval=0.0) as progress:
+    with refusing():
         without_page = lacking_extra("report", "the page", "plotly")
         machine = load_machine(file)
         folder = output or Path("results") / re.sub(r"[/\\]", "_", f"assess_{machine.name}")
         check_writable(folder, is_folder=True, files=(PAGE, DATA, PDF))
-        task = progress.add_task("preparing (the first run builds the models)", total=None)
-
-        def report(title: str, done: int, total: int) -> None:
-            progress.update(task, description=f"{done + 1} of {total}: {title}", completed=done, total=total)
-
-        result = assessment_of(
-            machine,
-            only=only,
-            criteria=criteria,
-            flavour=flavour,
-            progress=report,
-        )
+        result = assessment_of(machine, only=only, criteria=criteria, flavour=flavour)
         data = write_data(result, folder)
         page = None if without_page else write_page(result, folder)
         printed = print_page(page) if page and pdf else None

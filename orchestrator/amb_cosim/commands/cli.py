@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,6 +11,7 @@ import click
 from amb_cosim.commands import cache, compare, controller, fmus, listing, plot, rotor, run
 from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
+from amb_cosim.cosim.errors import ModelWarning
 from amb_cosim.cosim.processes.interruption import interruptible, was_interrupted
 from amb_cosim.presentation.printable import printable_streams
 from amb_files.packs import endless_distributions, unreadable_distributions
@@ -22,7 +24,8 @@ class Commands(PackCommands):
 
     def main(self, *args: Any, **options: Any) -> Any:
         """Run a command so that the text that it prints cannot control the terminal."""
-        with printable_streams():
+        with printable_streams(), warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelWarning)  # commands print the sentences themselves
             return super().main(*args, **options)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:

@@ -1,11 +1,38 @@
-"""Errors of a run: an FMU refuses a call, a start or a step fails, or the user interrupts it."""
+"""Errors and warnings of a run: an FMU refuses a call, a start or a step fails, or the user interrupts it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
 T = TypeVar("T")
+
+OWN_PACKAGES = ("amb_cosim", "amb_analysis", "amb_assessment", "amb_live", "amb_sweeps", "contextlib", "functools")
+
+
+class ModelWarning(UserWarning):
+    """A result is doubtful, because a model of the run was used beyond its limits or a setting is implausible.
+
+    The sentences are also in the result, as `summary.warnings` of a run or `warnings` of a study.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import amb_cosim
+    >>> warnings.simplefilter("error", amb_cosim.ModelWarning)  # end a script at the first one
+    >>> warnings.simplefilter("ignore", amb_cosim.ModelWarning)  # print none
+    """
+
+
+def give_warnings(sentences: Iterable[str]) -> None:
+    """Give each sentence as a `ModelWarning`, at the line of the user's code that called this package."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] in OWN_PACKAGES:
+        frame, level = frame.f_back, level + 1
+    for sentence in dict.fromkeys(sentences):
+        warnings.warn(sentence, ModelWarning, stacklevel=level)
 
 
 class FmuError(RuntimeError):

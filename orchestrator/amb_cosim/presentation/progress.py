@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -14,6 +14,8 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 
 from amb_cosim.cosim.run.options import Progress as Report
 from amb_cosim.presentation.plain_console import plain_console
+
+PartsReport = Callable[[str, int, int], None]  # title of the part that begins, finished parts, all parts
 
 STARTING = "starting (the first run builds the models)"
 COMPUTING = "computing (the first run builds the models)"
@@ -97,6 +99,24 @@ def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
             started.set()
             text = f"simulating, {100.0 * done / max(total, 1):.0f} %"
             progress_bars.update(task, description=text, completed=done, total=total)
+
+        yield report
+
+
+@contextmanager
+def parts_bar(progress: bool | PartsReport | None = None) -> Iterator[PartsReport]:
+    """Show a bar for a computation in parts, unless `progress` is a function; yield the function that reports progress.
+
+    The bar, or the line in its place, states the part that begins.
+    """
+    if callable(progress):
+        yield progress
+        return
+    with bars(plain_console(stderr=True), progress, interval=0.0) as progress_bars:
+        task = progress_bars.add_task("preparing (the first run builds the models)", total=None)
+
+        def report(title: str, done: int, total: int) -> None:
+            progress_bars.update(task, description=f"{done + 1} of {total}: {title}", completed=done, total=total)
 
         yield report
 

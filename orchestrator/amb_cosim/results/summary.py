@@ -232,7 +232,7 @@ def summarise(dataset: Signals) -> Summary:
         share_beyond_reduction=share_beyond_reduction(dataset),
         stators=stator_touches(dataset),
         touchdown=fall,
-        warnings=[*warning_sentences(warnings_of(dataset), dataset), *warnings_beyond_reduction(dataset)],
+        warnings=warnings_in(dataset),
         notices=[
             *json.loads(dataset.attrs.get("notices", "[]")),
             *([f"this summary leaves out some signals: {not_finite(left_out)}"] if left_out else []),
@@ -241,6 +241,16 @@ def summarise(dataset: Signals) -> Summary:
         ],
         verdict=verdict(dataset, fall),
     )
+
+
+def run_warnings(dataset: Signals) -> list[str]:
+    """Return the warnings of a run's summary from its data set."""
+    return warnings_in(judged(finite_signals(dataset)[0]))
+
+
+def warnings_in(dataset: Signals) -> list[str]:
+    """Return the warnings of a record without values that are not finite, at every step if the record has them."""
+    return [*warning_sentences(warnings_of(dataset), dataset), *warnings_beyond_reduction(dataset)]
 
 
 def _recovery(dataset: Signals, last: float | None) -> tuple[bool | None, contact_history.Recovery | None]:

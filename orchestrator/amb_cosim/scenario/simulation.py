@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 
 from amb_cosim.cosim.choices import Flavour, Loop
+from amb_cosim.cosim.errors import give_warnings
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.execution import execute_plan
@@ -14,6 +15,7 @@ from amb_cosim.cosim.run.options import AUTOSAVE_TIME, DEFAULTS, Progress, RunOp
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.results.result import Result
+from amb_cosim.results.summary import run_warnings
 from amb_cosim.scenario.make_result import make_result
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.prepare_run import prepare_run
@@ -76,6 +78,11 @@ def run(
         File for automatic checkpoints, and computing time between them (in s or as a text with a unit). If the same run
         is started again, it continues from this file.
 
+    Warns
+    -----
+    ModelWarning
+        For each sentence of `result.summary.warnings`; commands print these sentences instead.
+
     Raises
     ------
     ValueError
@@ -96,7 +103,9 @@ def run(
         options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=report)
         prepared = prepare_run(as_scenario(scenario, rotor, receptances, fmu), set, until, options)
         recording = execute_plan(prepared, options)
-    return make_result(prepared, recording).unless_interrupted()
+    result = make_result(prepared, recording).unless_interrupted()
+    give_warnings(run_warnings(result.signals))
+    return result
 
 
 def execute(plan: ScenarioPlan, options: RunOptions = DEFAULTS) -> Result:

@@ -35,8 +35,9 @@ from amb_assessment.assessment.format.quantities import AnalysisResult, ResultTa
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, assessed_machine_of
 from amb_assessment.assessment.physics.stability import instability
 from amb_cosim.cosim.choices import FLAVOURS, Flavour
-from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed, give_warnings
 from amb_cosim.cosim.processes.blas import one_blas_thread
+from amb_cosim.presentation.progress import PartsReport, parts_bar
 from amb_files.checks import as_items, as_names, as_path, require_choice
 from amb_files.suggestions import suggest
 
@@ -80,8 +81,6 @@ ANALYSES = {  # in the order of the page
     "rest": Analysis("Landing to rest", rest.result_of, Needs.CONTACT_SITES),
     "recovery": Analysis("Relevitation and overload", recovery.result_of, Needs.CONTACT_SITES),
 }
-
-ProgressCallback = Callable[[str, int, int], None]  # title of the current part, finished parts, all parts
 
 
 @dataclass(frozen=True)
@@ -219,7 +218,7 @@ def assess(
     only: str | Sequence[str] = (),
     criteria: str | Path | Sequence[str | Path] = (),
     flavour: Flavour = "native",
-    progress: ProgressCallback | None = None,
+    progress: bool | PartsReport | None = None,
 ) -> Assessment:
     """Return verdicts on the modes, stability, unbalance response, margins, envelope and robustness of a machine.
 
@@ -234,8 +233,13 @@ def assess(
     flavour
         Flavour of the FMUs.
     progress
-        Function that is called with the title of the current part, the number of finished parts, and the number of all
-        parts.
+        Whether a bar is shown (default in a terminal and a notebook), or a function that is called with the title of
+        the part that begins, the number of finished parts, and the number of all parts.
+
+    Warns
+    -----
+    ModelWarning
+        For each sentence of `warnings` of the result.
 
     Raises
     ------
@@ -257,16 +261,16 @@ def assess(
     unknown = [name for name in only if name not in ANALYSES]
     if unknown:
         raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], ANALYSES)}")
-    subject = check_machine(file, flavour)
-    check_criteria(requested, subject.facts)
-    chosen = chosen_parts(file, only)
-    why_unstable = cache(lambda: instability(subject))
-    parts = []
-    for done, name in enumerate(chosen):
-        part = ANALYSES[name]
-        if progress is not None:
-            progress(part.title, done, len(chosen))
-        parts.append(_answered(name, part, subject, requested, why_unstable))
+    chosen, parts = chosen_parts(file, only), []
+    with parts_bar(progress) as report:
+        subject = check_machine(file, flavour)
+        check_criteria(requested, subject.facts)
+        why_unstable = cache(lambda: instability(subject))
+        for done, name in enumerate(chosen):
+            part = ANALYSES[name]
+            report(part.title, done, len(chosen))
+            parts.append(_answered(name, part, subject, requested, why_unstable))
+    give_warnings(subject.prepared.warnings)
     return Assessment(file, subject.facts, requested, tuple(parts), subject.prepared.warnings, own_criteria(by_file))
 
 

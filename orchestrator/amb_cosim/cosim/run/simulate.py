@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from amb_cosim.cosim.choices import Flavour, Loop
+from amb_cosim.cosim.errors import give_warnings
 from amb_cosim.cosim.fmu.fmus import options_of
+from amb_cosim.cosim.record.warnings import sentences, warnings_of
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.dataset import Run, to_signals
 from amb_cosim.cosim.run.execution import execute_plan
@@ -113,4 +115,6 @@ def simulate(
             raise ValueError(f"{name} is not an option of any model in {system.name}; {suggest(name, sorted(taken))}")
     assembly = assemble(system, flavour, **options)
     recording = execute_plan(experiment_plan(experiment, assembly, set), run_options)
-    return Simulation(to_signals(recording), recording.outcome, recording.checkpoints).unless_interrupted()
+    result = Simulation(to_signals(recording), recording.outcome, recording.checkpoints).unless_interrupted()
+    give_warnings(sentences(warnings_of(result.signals)))
+    return result
