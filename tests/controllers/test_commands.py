@@ -113,7 +113,7 @@ def test_import_samples_a_law_and_writes_named_arrays(command, tmp_path):
     ("arguments", "facts"),
     [
         (("show", "none.toml"), ("'none.toml'",)),
-        (("show", "lead.toml", "--speed", "3 m"), ("--speed",)),
+        (("show", "lead.toml", "--speed", "3 m"), ("speed", "'3 m'", "rad/s")),
         (("show", "none.mat"), ("'none.mat'",)),
         (("import", "lead.csv"), ("lead.csv",)),
         (("import", "lead.toml", "--inputs", "a"), ("1 inputs",)),

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import amb_cosim
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 T = 1e-4
 LEAD = -control.tf([36.0 + 2.34e4 * 5e-5, 2.34e4], [5e-5, 1.0])
@@ -96,3 +96,35 @@ def test_the_matched_method_keeps_static_gain_and_rate_of_integration(law, order
     assert coefficient * s**order == pytest.approx(law(s).real, rel=1.0)
     expected = np.sort_complex(np.exp(law.poles() * step))
     np.testing.assert_allclose(np.sort_complex(result.poles()), expected, atol=1e-7)
+
+
+def test_quantities_of_a_controller_may_have_units_and_its_sample_time_is_dt():
+    law = control.ss([[-1000.0]], [[1.0]], [[-2e7]], [[0.0]])
+    names = {"inputs": "left.x", "outputs": "left.i_x"}
+    numbers = {"sample_time": 1e-4, "offsets": 0.5, "limits": (-4.0, 4.0), "delay": 0.25, "slow_time": 0.2}
+    texts = {
+        "sample_time": "100 us",
+        "offsets": ["500 mA"],
+        "limits": [("-4 A", "4000 mA")],
+        "delay": "25 us",
+        "slow_time": "200 ms",
+    }
+    stated, written = (
+        amb_cosim.linear_controller(law, **names, **options, prewarp=speed)
+        for options, speed in ((numbers, 200 * np.pi), (texts, "100 Hz"))
+    )
+    assert stated.dt == written.dt == 1e-4
+    assert written.starts == pytest.approx(stated.starts)
+    np.testing.assert_allclose(written.law_at().A, stated.law_at().A, rtol=1e-14)
+    assert written.slow_time == stated.slow_time == 0.2
+    table = amb_cosim.linear_controller({"0 rpm": law, "9000 rpm": 2 * law}, **names, sample_time="100 us")
+    assert list(table.laws) == pytest.approx([0.0, 300 * np.pi])
+
+
+def test_a_controller_is_described_by_its_size_and_told_apart_from_others():
+    one, other = (
+        amb_cosim.linear_controller(control.ss(-1000.0, 1.0, k, 0.0), "left.x", "left.i_x", "100 us")
+        for k in (-2e7, -3e7)
+    )
+    assert_names(repr(one), "signals: 1", "demands: 1", "states: 1", "0.0001 s")
+    assert repr(one) != repr(other)

@@ -68,7 +68,7 @@ CHOICES = [(name, parameter) for name, parameter, hint in ARGUMENTS if choices_o
 QUANTITIES = [(name, parameter) for name, parameter, hint in ARGUMENTS if SupportsFloat in get_args(hint)]
 NEEDED = {  # other arguments, without which a function does not read its quantities
     "amb_cosim.simulate": {"system": "pair.ssp"},
-    "amb_cosim.linear_controller": {"K": [[1.0]], "inputs": ["left.x"], "outputs": ["left.i_x"]},
+    "amb_cosim.linear_controller": {"K": [[1.0]], "inputs": ["left.x"], "outputs": ["left.i_x"], "sample_time": 1e-4},
     "amb_analysis.studies.response": {"rotor": "compressor", "inputs": ["seal.f_x"], "outputs": ["seal.x"]},
     "amb_analysis.studies.fit": {
         "rotor": ROOT / "tests" / "strange_machine" / "expander.toml",

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -17,7 +16,7 @@ import numpy as np
 from amb_cosim.controllers.discretisation import check_sample_time, sampled
 from amb_cosim.controllers.laws import Law, law_of
 from amb_cosim.cosim.choices import Flavour, Fmi
-from amb_cosim.cosim.system.values import Raw
+from amb_cosim.cosim.system.values import Raw, plain_number, plain_value, quantity
 from amb_files.checks import errors_in
 from array_types import Array
 from linear_controller.ports import Ports
@@ -104,10 +103,18 @@ class LinearController:
         return write_arrays(Path(path), self.laws, facts)
 
     def __repr__(self) -> str:
-        """Return a text that identifies the controller by a digest of its FMU's interface and constants."""
+        """Return a text with the size, and a digest of the FMU's interface and constants, by which builds are kept."""
         model, constants = self.model_and_constants
         digest = hashlib.sha256(model.interface.canonical() + constants.tobytes()).hexdigest()[:32]
-        return f"{type(self).__name__}({digest})"
+        states = len(next(iter(self.laws.values())).A)
+        sizes = f"signals: {len(self.ports.signals)}, demands: {len(self.ports.demands)}, states: {states}"
+        speeds = f", laws at {len(self.laws)} speeds" if len(self.laws) > 1 else ""
+        return f"{type(self).__name__}({sizes}, sampled every {self.sample_time:g} s{speeds}; {digest})"
+
+    @property
+    def dt(self) -> float:
+        """Sample time (s), by the name that it has in python-control."""
+        return self.sample_time
 
     def state_space(self, speed: float | None = None) -> Any:
         """Return `law_at` as a control.StateSpace; dots in names are replaced by underscores."""
@@ -140,13 +147,13 @@ def linear_controller(
     sample_time: Raw | None = None,
     *,
     method: str | None = None,
-    prewarp: float | None = None,
+    prewarp: Raw | None = None,
     sampled_arrays: bool | None = None,
     gains: float | Sequence[float] | None = None,
-    offsets: float | Sequence[float] | None = None,
-    limits: tuple[float, float] | Sequence[tuple[float, float]] | None = None,
-    delay: float | None = None,
-    slow_time: float | None = None,
+    offsets: Raw | Sequence[Raw] | None = None,
+    limits: tuple[Raw, Raw] | Sequence[tuple[Raw, Raw]] | None = None,
+    delay: Raw | None = None,
+    slow_time: Raw | None = None,
     allow_unstable: bool | None = None,
 ) -> LinearController:
     """Return a sampled controller u = K y that can be used in scenarios and built as an FMU.
@@ -157,8 +164,9 @@ def linear_controller(
     ----------
     K
         A law, which is a control.StateSpace or TransferFunction, a system of scipy.signal, or arrays (A, B, C, D), (z,
-        p, k) or (num, den). Alternatively, a dict that maps speeds (rad/s) to laws of equal order, whose matrices are
-        interpolated, or the path of a file with the arrays A, B, C, D (`.npz`, `.mat`) or with blocks (`.toml`).
+        p, k) or (num, den). Alternatively, a dict that maps speeds (rad/s, or texts with a unit) to laws of equal
+        order, whose matrices are interpolated, or the path of a file with the arrays A, B, C, D (`.npz`, `.mat`) or
+        with blocks (`.toml`).
     inputs, outputs
         Names of the measured signals (m) and of the demands (A), as in the other components; by default the labels of
         K.
@@ -171,12 +179,12 @@ def linear_controller(
     sampled_arrays
         Whether arrays describe a sampled law. Arrays alone do not state this, whereas a file of arrays does.
     gains, offsets, limits
-        Factor (default 1), added value (default 0 A), and smallest and largest value (A), for each demand or for all
-        demands.
+        Factor (default 1), added value (default 0 A), and smallest and largest value (A, or texts with a unit), for
+        each demand or for all demands.
     delay
-        Delay of the demands in samples, integer or fractional (default 0).
+        Delay of the demands in samples, integer or fractional (default 0), or a time as a text with a unit.
     slow_time
-        Time constant (s, default 0.1) above which modes track the limited demand (anti-windup).
+        Time constant (default 0.1 s) above which modes track the limited demand (anti-windup).
     allow_unstable
         Whether the controller itself may have poles outside the unit circle.
 
@@ -202,7 +210,8 @@ def linear_controller(
             **{"slow_time": slow_time, "allow_unstable": allow_unstable},
         }
         return _from_file(Path(K), {name: value for name, value in given.items() if value is not None})
-    slow_time = SLOW_TIME if slow_time is None else slow_time
+    slow_time = SLOW_TIME if slow_time is None else quantity(slow_time, "s", "slow_time")
+    prewarp = None if prewarp is None else quantity(prewarp, "rad/s", "prewarp")
     by_speed = _laws(K, bool(sampled_arrays))
     _check_method(by_speed, {"method": method, "prewarp": prewarp})
     first = next(iter(by_speed.values()))
@@ -222,7 +231,9 @@ def linear_controller(
         _labels(K, "output_labels", outputs, p, "outputs", "demands"),
     )
     ports = Ports(*names, len(next(iter(laws.values())).A))
-    starts = _starts(ports, 1.0 if gains is None else gains, 0.0 if offsets is None else offsets, limits, delay or 0.0)
+    starts = _starts(
+        ports, 1.0 if gains is None else gains, 0.0 if offsets is None else offsets, limits, _samples(delay, time)
+    )
     controller = LinearController(laws, ports, time, slow_time, starts, bool(allow_unstable))
     _ = controller.model_and_constants  # raises errors of these arguments
     return controller
@@ -272,14 +283,30 @@ def _laws(K: Any, sampled_arrays: bool) -> dict[float, Law]:
         return {0.0: law_of(K, sampled_arrays)}
     if not K:
         raise ValueError("a controller without speeds is not allowed; it must have a law for at least one speed")
-    for speed in K:
-        if isinstance(speed, bool) or not isinstance(speed, Real) or not abs(float(speed)) <= 1e4:
-            raise ValueError(f"a speed of {speed!r} is not allowed; it must be a number from -1e4 to 1e4 rad/s")
     laws = {}
-    for speed, law in K.items():
+    for stated, law in K.items():
+        speed = quantity(stated, "rad/s", "speed")
+        if not abs(speed) <= 1e4:
+            raise ValueError(f"a speed of {stated!r} is not allowed; it must be from -1e4 to 1e4 rad/s")
+        if speed in laws:
+            raise ValueError(f"a speed of {stated!r} occurs twice; each speed must have one law")
         with errors_in(f"at {speed:g} rad/s" if len(K) > 1 else ""):
-            laws[float(speed)] = law_of(law, sampled_arrays)
+            laws[speed] = law_of(law, sampled_arrays)
     return dict(sorted(laws.items()))
+
+
+def _samples(delay: Raw | None, sample_time: float) -> float:
+    """Return a delay in samples, which is stated as this number or as a time with a unit."""
+    stated = 0.0 if delay is None else plain_value(delay, "delay")
+    number = plain_number(stated)
+    return quantity(stated, "s", "delay") / sample_time if number is None else number
+
+
+def _amperes(values: Any, name: str) -> Any:
+    """Return currents (A), stated as one value or as nested lists of values, in the same form."""
+    if isinstance(values, str) or not isinstance(values, list | tuple | np.ndarray) or np.ndim(values) == 0:
+        return quantity(values, "A", name)
+    return [_amperes(value, name) for value in values]
 
 
 def _sample_time(law: Law) -> float:
@@ -339,9 +366,9 @@ def _labels(
 
 def _starts(ports: Ports, gains: Any, offsets: Any, limits: Any, delay: float) -> dict[str, float]:
     starts: dict[str, float] = {}
-    settings = {"gain": gains, "offset": offsets}
+    settings = {"gain": gains, "offset": _amperes(offsets, "offsets")}
     if limits is not None:
-        pairs = np.asarray(limits, dtype=np.float64)
+        pairs = np.asarray(_amperes(limits, "limits"), dtype=np.float64)
         if pairs.shape not in ((2,), (len(ports.demands), 2)):
             raise ValueError(
                 f"limits of shape {pairs.shape} are not allowed; give (lower, upper) in amperes, once for "
