@@ -278,6 +278,15 @@ def test_warnings_of_a_result_are_python_warnings_at_the_line_of_the_user(functi
             GIVEN[function]()
 
 
+def test_a_run_of_fmus_reports_its_progress_as_a_run_of_a_scenario_does(capfd):
+    told = []
+    options = {"set": {"Omega": "9000 rpm"}, "rotor": "compressor"}
+    for progress in (lambda *steps: told.append(steps), False, None):
+        amb_cosim.simulate(amb_cosim.load_system("passive"), Experiment(1e-4, 0.01), progress=progress, **options)
+    assert told[-1] == (100, 100)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_command_prints_its_warnings_once(runner):
     shown = runner("run", "relevitation", "--until", "0.6", "--no-plots", "-o", "out")
     assert (shown.stdout + shown.stderr).count("voltage limit") == 1

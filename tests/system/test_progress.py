@@ -42,13 +42,17 @@ def simulating():
             report(done, 10)
 
 
-def test_each_part_prints_one_line_without_a_terminal(monkeypatch, tmp_path):
-    def answer(machine, *, progress, **_):
-        progress("Free modes", 0, 2)
-        progress("Critical speeds", 1, 2)
-        raise ValueError("ended here")
+PARTS = {"free_modes": "Free modes", "critical_map": "Critical speeds"}
 
-    monkeypatch.setattr(assess, "assess", answer)
+
+def test_each_part_prints_one_line_without_a_terminal(monkeypatch, tmp_path):
+    def answered(name, *_):
+        if name == "critical_map":
+            raise ValueError("ended here")
+
+    parts = {name: assess.Analysis(title, answered) for name, title in PARTS.items()}
+    monkeypatch.setattr(assess, "ANALYSES", parts)
+    monkeypatch.setattr(assess, "_answered", answered)
     lines = lines_of("assess", "compressor", "-o", str(tmp_path / "page"))
     assert lines == ["1 of 2: Free modes", "2 of 2: Critical speeds"]
 

@@ -154,7 +154,6 @@ def _simulate(
     from amb_cosim.cosim.run import simulate as simulation
     from amb_cosim.cosim.system.tables import time_of
     from amb_cosim.cosim.system.values import quantity
-    from amb_cosim.presentation.progress import progress_bar
     from amb_cosim.presentation.text_tables import show_notices, show_warnings
 
     folder = output or results_of(system_file)
@@ -164,8 +163,7 @@ def _simulate(
         options["step_size"] = None if step is None else time_of(step, "--step")
         options["stop_time"] = None if until is None else quantity(until, "s", "--until")
         check_writable(folder, is_folder=True, files=("result.nc",))
-        with progress_bar() as report:
-            result = computed_by(simulation.simulate, system_file, progress=report, **options)
+        result = computed_by(simulation.simulate, system_file, **options)
         refuse_empty_record(result.outcome)
         result.save(folder)
     show_warnings(sentences(warnings_of(result.signals)), whole=show_all)

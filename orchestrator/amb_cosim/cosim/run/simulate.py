@@ -45,7 +45,7 @@ def simulate(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
     loop: Loop = "compiled",
-    progress: Progress | None = None,
+    progress: bool | Progress | None = None,
     step_size: Raw | None = None,
     stop_time: Raw | None = None,
     isolated: bool | None = None,
@@ -66,7 +66,8 @@ def simulate(
     flavour, loop, isolated, save_at, start
         As for `amb_cosim.run`; FMU files have no flavour, and times cannot be stated in cycles.
     progress
-        Function that is called repeatedly with the number of finished steps and the number of all steps.
+        Whether a bar is shown (default in a terminal and a notebook), or a function that is called with the number of
+        finished steps and the number of all steps.
     step_size, stop_time
         Communication step and end of the run, in s or as a text with a unit. They replace the values in an SSP archive.
     options
@@ -92,7 +93,7 @@ def simulate(
     completed at t = 0.01 s
     """
     saves, start = Saves(moments=save_at), as_checkpoint(start)
-    run_options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=progress)
+    run_options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves)
     if not isinstance(system, System) and as_path("system", system).suffix == ".ssp":
         from amb_cosim.cosim.ssp import load_ssp  # loads XML libraries
 
@@ -114,7 +115,10 @@ def simulate(
         if value is not None and name not in taken:  # the command line passes those that are not given as None
             raise ValueError(f"{name} is not an option of any model in {system.name}; {suggest(name, sorted(taken))}")
     assembly = assemble(system, flavour, **options)
-    recording = execute_plan(experiment_plan(experiment, assembly, set), run_options)
+    from amb_cosim.presentation.progress import progress_bar  # loads rich
+
+    with progress_bar(progress) as report:
+        recording = execute_plan(experiment_plan(experiment, assembly, set), replace(run_options, progress=report))
     result = Simulation(to_signals(recording), recording.outcome, recording.checkpoints).unless_interrupted()
     give_warnings(sentences(warnings_of(result.signals)))
     return result
