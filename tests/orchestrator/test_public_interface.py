@@ -387,6 +387,27 @@ def test_a_folder_keeps_no_figure_of_the_run_that_was_saved_there_before(result,
     assert figures() == set()
 
 
+def test_checkpoints_are_saved_and_loaded_with_their_run_and_with_no_other(tmp_path):
+    run = amb_cosim.run("drop", until=0.03, save_at=["0.01 s", 0.02], progress=False)
+    again = amb_cosim.Result.load(run.save(tmp_path, plots=False))
+    assert [state.time for state in again.checkpoints.values()] == pytest.approx([0.01, 0.02])
+    rest = amb_cosim.run("drop", until=0.03, start=again.checkpoint(0.02), progress=False)
+    xr.testing.assert_equal(rest.dataset, run.dataset)
+    other = amb_cosim.run("drop", set={"Omega": 250}, until=0.03, progress=False).save(tmp_path, plots=False)
+    assert amb_cosim.Result.load(other).checkpoints == {}
+
+
+def test_variables_of_a_result_are_read_by_their_names(result):
+    xr.testing.assert_identical(result["rotor_contact.rb1.f_n"], result.dataset["rotor_contact.rb1.f_n"])
+    xr.testing.assert_identical(result["rb1.f_n"], result["rotor_contact.rb1.f_n"])
+    xr.testing.assert_identical(result["time"], result.dataset["time"])
+    assert [*result[["rb1.f_n", "rb2.f_n"]].data_vars] == ["rotor_contact.rb1.f_n", "rotor_contact.rb2.f_n"]
+    assert "rb1.f_n" in result
+    assert "rb9.f_n" not in result
+    with raises_naming(KeyError, "'rb9.f_n'", "rb1.f_n"):
+        result["rb9.f_n"]
+
+
 def press_ctrl_c(*_):
     """Interrupt the main thread as Ctrl-C does, at the first report of progress."""
     _thread.interrupt_main()

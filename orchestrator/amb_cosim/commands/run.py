@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -119,9 +118,13 @@ def run(
 
 def _save(result: Result, moment: str, folder: Path) -> str:
     """Write the state of a run at a moment into a folder; return a text that names the file or explains its absence."""
+    from amb_cosim.results.result import checkpoint_name
+
     try:
-        name = f"checkpoint_{re.sub('[^0-9A-Za-z.]+', '_', moment)}.npz"
-        file = result.checkpoint(moment).save(plain_file(folder, name))
+        state, file = result.checkpoint(moment), plain_file(folder, checkpoint_name(moment))
+        state.save(file)
+        if (by_time := folder / checkpoint_name(f"{state.time:.9g} s")) != file:
+            by_time.unlink(missing_ok=True)  # of `Result.save`
     except ValueError as error:
         return str(error)
     return f"state at {moment} saved in {file}"
