@@ -21,6 +21,7 @@ from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.dataset import git_revision
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
+from amb_cosim.presentation.text_tables import html_of
 from amb_cosim.presentation.units import convert_units_in_text, speed_unit, with_speeds_in
 from amb_cosim.scenario.rotors import RotorSource, is_rotor
 from amb_cosim.scenario.scenario import Scenario, as_scenario, load_scenario
@@ -41,6 +42,7 @@ from amb_sweeps.worker import Metric, Task
 from fmi_export.building.extras import require_extra
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
     from distributed import Client
 
@@ -72,6 +74,17 @@ class Sweep:
     def dataset(self) -> xr.Dataset:
         """Metrics, outcome, reason and run time of each point, over the axes."""
         return open_sweep(self.folder)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return `dataset`."""
+        return self.dataset
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a table of pandas with a row for each point: varied values, metrics, outcome, reason and run time."""
+        return self.dataset.to_dataframe().reset_index()
+
+    def _repr_html_(self) -> str:
+        return html_of([self.summary])
 
     @property
     def name(self) -> str:

@@ -155,7 +155,7 @@ def test_a_missing_scheduler_is_an_input_error(small, tmp_path, monkeypatch):
     monkeypatch.setattr("amb_sweeps.engine.ANSWER_TIME", 1)
     with pytest.raises(ValueError, match="no Dask scheduler answers at tcp:"):
         amb_cosim.sweep(small, VARY, until=UNTIL, output=tmp_path, scheduler="tcp://127.0.0.1:9", progress=False)
-    with raises_naming(ValueError, "--jobs", "cluster"):
+    with raises_naming(ValueError, "jobs", "cluster"):
         amb_cosim.sweep(small, VARY, until=UNTIL, output=tmp_path, scheduler="tcp://127.0.0.1:9", jobs=2)
 
 
@@ -178,3 +178,12 @@ def test_a_store_is_read_as_it_was_written(tmp_path, size):
     assert dataset["outcome"].values.ravel()[[0, last]].tolist() == ["trapped", "failed"]
     assert (dataset["m"].values.ravel()[0], dataset["reason"].values.ravel()[last]) == (0.1, "why")
     assert np.isnan(dataset["m"].values.ravel()[last])
+
+
+def test_a_sweep_is_a_table_of_pandas_with_a_row_for_each_point(sweep, tmp_path):
+    swept = sweep(tmp_path)
+    table = swept.to_dataframe()
+    assert len(table) == swept.dataset["outcome"].size
+    assert {*swept.dataset.dims} <= {*table.columns}
+    assert list(table["outcome"]) == list(swept.dataset["outcome"].values.ravel())
+    assert all(outcome in swept._repr_html_() for outcome in swept.outcomes)

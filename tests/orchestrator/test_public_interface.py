@@ -408,6 +408,34 @@ def test_variables_of_a_result_are_read_by_their_names(result):
         result["rb9.f_n"]
 
 
+def test_a_result_and_a_comparison_are_tables_of_pandas(result):
+    table = result.to_dataframe("rb1.f_n", "rb2.f_n", begin=0.1)
+    assert table.index.name == "time"
+    assert table.index[0] == pytest.approx(0.1)
+    assert table["rotor_contact.rb1.f_n"].iloc[-1] == result["rb1.f_n"].values[-1]
+    assert table.attrs["units"] == {"time": "s", "rotor_contact.rb1.f_n": "N", "rotor_contact.rb2.f_n": "N"}
+    compared = amb_cosim.compare(result, result, labels=["before", "after"])
+    quantities = compared.to_dataframe()
+    assert list(quantities.columns) == ["unit", "before", "after"]
+    assert quantities.loc["cycle_duration", "before"] == result.summary.cycle_duration
+    assert compared.figures()["orbits"].axes
+
+
+@pytest.mark.parametrize("labels", [["one"], ["same", "same"], "one", [1, 2]])
+def test_labels_of_a_comparison_are_one_name_for_each_run(result, labels):
+    with raises_naming(ValueError, "labels"):
+        amb_cosim.compare(result, result, labels=labels)
+
+
+def test_a_notebook_shows_summary_and_scenario(result):
+    shown = result.summary._repr_html_()
+    assert result.summary.verdict.word in shown
+    assert all(label in shown for label, _ in result.summary.verdict.facts)
+    scenario = amb_cosim.Scenario.load(MACHINE).changed(rotor=LONG)._repr_html_()
+    assert MACHINE in scenario
+    assert "long" in scenario
+
+
 def press_ctrl_c(*_):
     """Interrupt the main thread as Ctrl-C does, at the first report of progress."""
     _thread.interrupt_main()

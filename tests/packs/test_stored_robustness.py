@@ -87,7 +87,7 @@ def test_written_verdicts_extend_the_stored_ones(monkeypatch, tmp_path):
 def test_unknown_pack_or_run_is_refused():
     with raises_naming(ValueError, "'bath'", "bath_thesis"):
         outcome_cases("bath")
-    with raises_naming(ValueError, "--only", "fig4_99"):
+    with raises_naming(ValueError, "only", "fig4_99"):
         outcome_cases("bath_thesis", ("fig4_99",))
     assert set(PACKS) <= packs().keys()
 

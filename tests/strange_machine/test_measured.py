@@ -65,7 +65,7 @@ def test_channels_are_selected_and_refused_by_name():
     assert next(iter(one.responses.values())).frequencies[-1] == 1500.0
     with raises_naming(ValueError, "response", "turbine.x/turbine.f_x"):
         studies.response(rotor=drawn, measured=measured, outputs=["shroud.x"])
-    with raises_naming(ValueError, "outputs", "--response"):
+    with raises_naming(ValueError, "outputs"):
         studies.response(rotor=drawn, inputs=["turbine.f_x"])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,10 +23,11 @@ from amb_cosim.scenario.rotors import RotorSource, named
 from amb_cosim.scenario.scenario import Scenario, load_scenario, scenarios
 from amb_cosim.scenario.simulation import run
 from amb_files.atomic import plain_file, remove_files, write_file
-from amb_files.checks import as_path, require_choice, require_kind
+from amb_files.checks import as_names, as_path, repeated, require_choice, require_kind
 from amb_files.plain_values import plain_values
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
 Source = str | Path | Scenario | Result
@@ -116,6 +117,14 @@ class Comparison:
         ]
         return {"runs": runs, "rows": json_data(self.rows), "signals": json_data(self.signals)}
 
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the quantities of all summaries as a table of pandas: unit and a column for each run, by quantity."""
+        import pandas as pd
+
+        data = {row.quantity: (row.unit, *row.values) for row in self.rows}
+        table = pd.DataFrame.from_dict(data, orient="index", columns=["unit", *self.labels])
+        return table.rename_axis("quantity")
+
     def figures(self) -> dict[str, Figure]:
         """Return the overlaid figures for which the runs have data: `orbits`, `displacement` and `contact`."""
         from amb_cosim.comparison.plots import overlays
@@ -151,6 +160,7 @@ def compare(
     rotor: RotorSource | Sequence[RotorSource] = None,
     flavour: Flavour | Sequence[Flavour] = "native",
     until: Raw | None = None,
+    labels: Sequence[str] | None = None,
     progress: bool | Progress | None = None,
 ) -> Comparison:
     """Run scenarios or read saved results, and return their comparison.
@@ -171,6 +181,8 @@ def compare(
         `native` or `python`.
     until
         End time of the runs, counted from the beginning of cycle 0, in s or as a text with a unit.
+    labels
+        Names of the runs in the table and the figures; by default, those of their scenarios and settings.
     progress
         As in `run`.
 
@@ -184,6 +196,11 @@ def compare(
     chosen: list[Any] = [source for each in sources for source in (each if isinstance(each, list | tuple) else [each])]
     if not 2 <= len(chosen) <= MOST:
         raise ValueError(f"compare needs 2 to {MOST} runs, not {len(chosen)}")
+    names = None if labels is None else as_names("labels", labels)
+    if names is not None and (len(names) != len(chosen) or repeated(names)):
+        raise ValueError(
+            f"labels = {[*names]} is not allowed; it must have a different name for each of {len(chosen)} runs"
+        )
     settings, rotors, flavours = (
         _for_each(value, len(chosen), name) for value, name in ((set, "set"), (rotor, "rotor"), (flavour, "flavour"))
     )
@@ -210,8 +227,13 @@ def compare(
         label = _label(plan.name, its_set, its_rotor, its_flavour, (set, rotor, flavour))
         sides.append(Side(label, _source_text(source), plain_values(its_set, "set"), result))
         if result.outcome.status == "interrupted":
-            raise Interrupted(f"{label} was {result.outcome}", side_by_side(sides))
-    return side_by_side(sides)
+            raise Interrupted(f"{label} was {result.outcome}", side_by_side(_labelled(sides, names)))
+    return side_by_side(_labelled(sides, names))
+
+
+def _labelled(sides: Sequence[Side], labels: Sequence[str] | None) -> list[Side]:
+    """Return the runs with these labels; a comparison that was interrupted has fewer runs than labels."""
+    return [*sides] if labels is None else [replace(side, label=n) for side, n in zip(sides, labels, strict=False)]
 
 
 def side_by_side(sides: Sequence[Side]) -> Comparison:

@@ -21,6 +21,7 @@ from amb_files.checks import as_path
 from amb_files.suggestions import suggest
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from amb_cosim.results.plots import Plots
@@ -166,6 +167,25 @@ class Result(Run):
         if plots:
             draw_all(self.signals, folder)
         return folder
+
+    def to_dataframe(
+        self, *variables: str | Sequence[str], begin: Raw | None = None, until: Raw | None = None
+    ) -> pd.DataFrame:
+        """Return variables as a table of pandas over `time` (s); see `plot` for the arguments.
+
+        The units of the columns are in `attrs["units"]` of the table.
+        """
+        import pandas as pd
+
+        from amb_cosim.results.selection import select
+
+        selection = select(self.signals, variables, begin, until)
+        table = pd.DataFrame(
+            {name: selection.values(name) for name in selection.names},
+            index=pd.Index(selection.values("time"), name="time"),
+        )
+        table.attrs["units"] = {name: selection.unit(name) for name in ("time", *selection.names)}
+        return table
 
     def to_csv(
         self, path: str | Path, *variables: str | Sequence[str], begin: Raw | None = None, until: Raw | None = None

@@ -177,6 +177,14 @@ class Summary:
         data: dict[str, Any] = json_data(self)
         return data
 
+    def _repr_html_(self) -> str:
+        from amb_cosim.presentation.text_tables import html_of, text_table
+
+        table = text_table("", ("", ""), left=("",))
+        for label, text in self.verdict.facts:
+            table.add_row(label, text)
+        return html_of([str(self.verdict), table, *(f"warning: {text}" for text in self.warnings)])
+
     def to_json(self) -> str:
         """Return `as_dict` as JSON text."""
         return json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"

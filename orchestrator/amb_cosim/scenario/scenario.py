@@ -213,6 +213,14 @@ class Scenario(Table):
         write_file(Path(path), tomli_w.dumps(data))
         return Path(path)
 
+    def _repr_html_(self) -> str:
+        from amb_cosim.presentation.text_tables import html_of
+
+        data = self._data() | {kind: repr(named(value)) for kind, value in self._made().items()}
+        if "fmu" in data:
+            data["fmu"] = {name: str(fmu) for name, fmu in self.fmu.items()}
+        return html_of([self.name, tomli_w.dumps(data)])
+
     def _data(self) -> dict[str, Any]:
         data = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, exclude={"name"})
         return data | self._made() | ({"fmu": dict(self.fmu)} if "fmu" in data else {})
