@@ -324,6 +324,8 @@ def test_a_hint_of_a_function_is_shown_by_its_command_as_an_option(runner, tmp_p
         studies.response(rotor="compressor", measured=tmp_path / "measured.csv")
     shown = runner("study", "response", "--rotor", "compressor", "--measured", "measured.csv")
     assert "--channel-unit 'fan.x/fan.f_x amplitude=m/N'" in shown.stderr
+    shown = runner("study", "response", "--rotor", "compressor", "--input", "seal.f_x")
+    assert "--response" in shown.stderr  # `-o`, `--output` is the folder of results
 
 
 def test_a_list_where_several_arguments_are_meant_are_these(result, tmp_path):
