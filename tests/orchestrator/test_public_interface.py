@@ -14,6 +14,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Literal, SupportsFloat, get_args, get_origin, get_type_hints
 
+import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pint
 import pytest
@@ -421,6 +423,21 @@ def test_a_result_and_a_comparison_are_tables_of_pandas(result):
     assert list(quantities.columns) == ["unit", "before", "after"]
     assert quantities.loc["cycle_duration", "before"] == result.summary.cycle_duration
     assert compared.figures()["orbits"].axes
+
+
+def test_variables_are_drawn_on_axes_and_in_the_style_of_the_user(result):
+    style = {"axes.prop_cycle": mpl.cycler(color=["#123456", "#654321"]), "lines.linewidth": 3.0}
+    with mpl.rc_context(style):
+        _, axes = plt.subplots()
+        drawn = result.plot("rb1.f_n", "rb2.f_n", begin=0.1, ax=axes)
+    assert drawn is axes
+    first, second = axes.get_lines()[:2]
+    assert (first.get_color(), second.get_color(), first.get_linewidth()) == ("#123456", "#654321", 3.0)
+    assert first.get_xdata()[0] == pytest.approx(0.1 / result.summary.cycle_duration, rel=1e-3)
+    assert "N" in axes.get_ylabel()
+    with raises_naming(ValueError, "ax", "m", "N"):
+        result.plot("rb1.f_n", "mb1.x", ax=axes)
+    plt.close("all")
 
 
 @pytest.mark.parametrize("labels", [["one"], ["same", "same"], "one", [1, 2]])

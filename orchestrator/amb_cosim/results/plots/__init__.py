@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.values import Raw
@@ -23,6 +23,7 @@ from amb_cosim.results.touchdown import touchdown
 from amb_files.atomic import plain_file
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # The module that draws each figure, by a function of the figure's name.
@@ -82,7 +83,23 @@ class Plots:
         """Draw the last turns at bearings and sites, with keyphasor marks and arrows in the direction of whirl."""
         return figure(self._dataset, "turns")
 
-    def __call__(self, *variables: str | Sequence[str], begin: Raw | None = None, until: Raw | None = None) -> Figure:
+    @overload
+    def __call__(
+        self, *variables: str | Sequence[str], begin: Raw | None = None, until: Raw | None = None, ax: None = None
+    ) -> Figure: ...
+
+    @overload
+    def __call__(
+        self, *variables: str | Sequence[str], begin: Raw | None = None, until: Raw | None = None, ax: Axes
+    ) -> Axes: ...
+
+    def __call__(
+        self,
+        *variables: str | Sequence[str],
+        begin: Raw | None = None,
+        until: Raw | None = None,
+        ax: Axes | None = None,
+    ) -> Figure | Axes:
         """Draw variables over time: `plot("left.x", "*.f_n", begin="cycle 4", until="0.3 s")`.
 
         If a thinned record has all of them at every step, these values are drawn.
@@ -93,25 +110,29 @@ class Plots:
             Names of variables, with or without their component, or patterns; variables of the same unit share a panel.
         begin, until
             Beginning and end: a time (s), a text with its unit, or `cycle 5`; by default those of the record.
+        ax
+            Axes of matplotlib on which the curves are drawn in your style; without them, a new figure is returned.
 
         Raises
         ------
         ValueError
-            If no variable is named or matches, or this time range has no sample.
+            If no variable is named or matches, this time range has no sample, or `ax` is to show several units.
         """
         if not variables:
             raise ValueError(f"no variable is named; use names or patterns, or call {', '.join(MODULES)}")
         import matplotlib as mpl
 
         from amb_cosim.presentation.style import STYLE
-        from amb_cosim.results.plots.traces import traces
+        from amb_cosim.results.plots.traces import traces, traces_on
         from amb_cosim.results.selection import select
 
+        selection = select(self._dataset, variables, begin, until, tuple(MODULES))
+        steps = at_every_step(self._dataset)
+        if all(name in steps for name in selection.names):
+            selection = select(steps, selection.names, begin, until)
+        if ax is not None:
+            return traces_on(ax, selection)
         with mpl.rc_context(STYLE):
-            selection = select(self._dataset, variables, begin, until, tuple(MODULES))
-            steps = at_every_step(self._dataset)
-            if all(name in steps for name in selection.names):
-                selection = select(steps, selection.names, begin, until)
             return traces(selection)
 
     def __repr__(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import cycle
 
 import numpy as np
@@ -43,20 +44,12 @@ def traces(selection: Selection) -> Figure:
     panels = figure.subplots(len(panels_of), 1, sharex=True, squeeze=False)[:, 0]
     has_cycles = "scenario" in dataset.attrs
     times = time_values(dataset)[selection.within] if has_cycles else selection.values("time")
-    for panel, ((unit, values), names) in zip(panels, panels_of.items(), strict=True):
-        curves = [_drawn(selection.values(name)) for name in names]
-        display_unit = _display_unit(unit, max(float(np.nanmax(np.abs(curve), initial=0.0)) for curve in curves))
-        for name, curve, colour in zip(names, curves, cycle(COLOURS), strict=False):
-            panel.plot(times, display_unit.of(curve), color=colour, label=_short(names, name))
+    for panel, (scale, names) in zip(panels, panels_of.items(), strict=True):
+        curves = _draw_curves(panel, selection, times, scale, names, COLOURS)
         padding = title_padding(dataset, panel is panels[0]) if has_cycles else None
         panel.set_title(fitted(_heading(selection, names), 6.4), loc="left", pad=padding)
         if not np.isfinite(curves).any():
             panel.text(0.5, 0.5, "no finite value", transform=panel.transAxes, ha="center", fontsize=8, color="0.3")
-        if values:
-            panel.set_yticks([number for number, _ in values], [word for _, word in values])
-            panel.set_ylim(values[0][0] - MARGIN, values[-1][0] + MARGIN)
-        else:
-            panel.set_ylabel("dimensionless" if unit == "1" else display_unit.label)
         _name_curves(panel, len(names))
     if (every := thinning(dataset)) > 1:
         write_in_corner(panels[0], f"one sample per {every} steps; fast vibration looks slow")
@@ -73,6 +66,51 @@ def traces(selection: Selection) -> Figure:
     if has_cycles:
         name_events(panels[0], dataset)
     return figure
+
+
+def traces_on(axes: Axes, selection: Selection) -> Axes:
+    """Draw variables of one unit over cycles or time on axes of the user, in the user's style; return the axes.
+
+    Colours are those of the axes' cycle. The title and the legend are left to the user: each curve has a label.
+
+    Raises
+    ------
+    ValueError
+        If the variables have more than one unit or set of named values.
+    """
+    dataset, panels_of = finite_signals(selection.dataset)[0], _by_scale(selection)
+    if len(panels_of) > 1:
+        units = ", ".join(unit for unit, _ in panels_of)
+        raise ValueError(f"ax can show variables of one unit, and these have {len(panels_of)} ({units}); name others")
+    has_cycles = "scenario" in dataset.attrs
+    times = time_values(dataset)[selection.within] if has_cycles else selection.values("time")
+    ((scale, names),) = panels_of.items()
+    _draw_curves(axes, selection, times, scale, names, None)
+    if has_cycles:
+        label_time_axis(axes, dataset)
+    else:
+        axes.set_xlabel("time (s)")
+    return axes
+
+
+def _draw_curves(
+    panel: Axes, selection: Selection, times: Array, scale: Scale, names: list[str], colours: Sequence[str] | None
+) -> list[Array]:
+    """Draw variables with a common scale, label the vertical axis, and return the drawn values in SI units.
+
+    Without colours, those of the panel's cycle are used.
+    """
+    unit, values = scale
+    curves = [_drawn(selection.values(name)) for name in names]
+    display_unit = _display_unit(unit, max(float(np.nanmax(np.abs(curve), initial=0.0)) for curve in curves))
+    for name, curve, colour in zip(names, curves, cycle(colours or (None,)), strict=False):
+        panel.plot(times, display_unit.of(curve), color=colour, label=_short(names, name))
+    if values:
+        panel.set_yticks([number for number, _ in values], [word for _, word in values])
+        panel.set_ylim(values[0][0] - MARGIN, values[-1][0] + MARGIN)
+    else:
+        panel.set_ylabel("dimensionless" if unit == "1" else display_unit.label)
+    return curves
 
 
 def _drawn(values: Array) -> Array:
