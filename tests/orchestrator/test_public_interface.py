@@ -434,6 +434,7 @@ def test_variables_are_drawn_on_axes_and_in_the_style_of_the_user(result):
     first, second = axes.get_lines()[:2]
     assert (first.get_color(), second.get_color(), first.get_linewidth()) == ("#123456", "#654321", 3.0)
     assert first.get_xdata()[0] == pytest.approx(0.1 / result.summary.cycle_duration, rel=1e-3)
+    assert axes.get_xlim() == pytest.approx(tuple(first.get_xdata()[[0, -1]]))
     assert "N" in axes.get_ylabel()
     with raises_naming(ValueError, "ax", "m", "N"):
         result.plot("rb1.f_n", "mb1.x", ax=axes)

@@ -90,6 +90,8 @@ def traces_on(axes: Axes, selection: Selection) -> Axes:
         label_time_axis(axes, dataset)
     else:
         axes.set_xlabel("time (s)")
+    if len(times) > 1:
+        axes.set_xlim(times[0], times[-1])
     return axes
 
 
