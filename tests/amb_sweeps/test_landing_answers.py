@@ -61,7 +61,7 @@ def test_failed_and_undecided_landings_widen_the_interval(tmp_path):
     low = binomtest(whirls, RUNS).proportion_ci().low
     high = binomtest(whirls + failed + undecided, RUNS).proportion_ci().high
     assert_names(lines[0], f"{100.0 * low:.3g}", f"{100.0 * high:.3g}", f"{undecided} undecided", f"{failed} failed")
-    assert_names(lines[0], "unanswered", "--until")
+    assert_names(lines[0], "unanswered", "`until`")
 
 
 @pytest.mark.parametrize(("number", "words"), [(0.1, "less than 1.49 %"), (30.0, "more than 98.5 %")])
