@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Sequence
@@ -9,7 +10,7 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
-OWN_PACKAGES = ("amb_cosim", "amb_analysis", "amb_assessment", "amb_live", "amb_sweeps", "contextlib", "functools")
+OURS = re.compile(r"(amb_\w+|contextlib|functools)(\.|$)")  # modules between a user's line and a warning
 
 
 class ModelWarning(UserWarning):
@@ -29,7 +30,7 @@ class ModelWarning(UserWarning):
 def give_warnings(sentences: Iterable[str]) -> None:
     """Give each sentence as a `ModelWarning`, at the line of the user's code that called this package."""
     frame, level = sys._getframe(1), 2
-    while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] in OWN_PACKAGES:
+    while frame.f_back is not None and OURS.match(str(frame.f_globals.get("__name__"))):
         frame, level = frame.f_back, level + 1
     for sentence in dict.fromkeys(sentences):
         warnings.warn(sentence, ModelWarning, stacklevel=level)
