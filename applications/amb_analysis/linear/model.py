@@ -22,8 +22,9 @@ FACTS = ("input_names", "output_names", "input_units", "output_units", "operatin
 class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control has no types
     """A control.StateSpace of a machine or its loop; in `input_labels` and `output_labels`, _ replaces dots in names.
 
-    Signals are selected by their names or labels: `model["rotor_contact.mb1.x", "rotor_contact.mb1.f_x"]`. Selections,
-    multiples, sums of models with the same signals, and `sample` are linear models with these units and notes, too.
+    Signals are selected by their names or labels: `model["rotor_contact.left.x", "rotor_contact.left.f_x"]`.
+    Selections, multiples, sums of models with the same signals, and `sample` are linear models with these units and
+    notes, too.
 
     input_names, output_names
         Names `component.variable` of the inputs and outputs, in the order of the matrices' columns and rows.

@@ -114,7 +114,7 @@ class Result(Run):
     def __getitem__(self, name: list[str] | tuple[str, ...]) -> xr.Dataset: ...
 
     def __getitem__(self, name: str | list[str] | tuple[str, ...]) -> xr.DataArray | xr.Dataset:
-        """Return a variable of the data set by its name, with or without its component: `result["mb1.x"]`.
+        """Return a variable of the data set by its name, with or without its component: `result["left.x"]`.
 
         A list of names selects a data set of these variables.
 
