@@ -235,3 +235,20 @@ def test_an_assessment_of_an_own_controller_gives_the_findings_of_its_law(per_ax
     assert "no sensor noise" not in notes[1]["vibration"]
     assert "thrust.z" in notes[0]["faults"]
     assert "thrust.z" not in notes[1]["faults"]
+
+
+@pytest.mark.slow
+def test_an_own_controller_lifts_the_rotor_as_its_law_without_anti_windup(per_axis, tmp_path):
+    """The law of a file has anti-windup unless no mode is slow; the integral of the FMU winds up without power."""
+    text = packaged_machines()["turbo_pump"].read_text(encoding="utf-8")
+    slow = tmp_path / "slow.toml"
+    slow.write_text(f'slow_time = "1e6 s"\n{PER_AXIS}', encoding="utf-8")
+    answered = []
+    for controller in (per_axis[0], slow, per_axis[1]):
+        machine = tmp_path / f"{controller.stem}{controller.suffix[1:]}.toml"
+        machine.write_text(f'controller = "{controller.as_posix()}"\n{text}', encoding="utf-8")
+        (part,) = (part for part in assess(machine, only=["recovery"]).parts if part.key == "recovery")
+        answered.append(([f.measured.value for f in part.findings], "anti-windup" in " ".join(part.result.notes)))
+    np.testing.assert_allclose(answered[0][0], answered[1][0], rtol=1e-4)
+    assert answered[0][0][0] > 100.0 > 10.0 > answered[2][0][0]
+    assert [notes for _, notes in answered] == [True, True, False]

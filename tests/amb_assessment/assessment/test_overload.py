@@ -44,3 +44,11 @@ def test_a_rotor_that_survives_the_last_overload_has_no_contact(monkeypatch):
     assert overload.value == 8.0
     assert overload.where == "no contact"
     assert np.isclose(used, 8.0 / 8.01).sum() == 20  # ms
+
+
+def test_the_first_of_directions_that_agree_is_named(monkeypatch):
+    """Rounding of the displacement does not choose the direction."""
+    runs = {"x": (0.75, -1.02), "y": (0.75, -1.02 - 1e-12)}
+    monkeypatch.setattr(recovery, "_rising", lambda *given: (*runs[given[3]], given[3] + given[4], None))
+    overload, _ = recovery._overload(SimpleNamespace(directions_of_contact="xy"), 100.0, {})
+    assert overload == "x+"

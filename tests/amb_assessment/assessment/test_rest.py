@@ -157,6 +157,26 @@ def test_a_longer_landing_confirms_the_predicted_standstill(monkeypatch):
         assert early[quantity].value == pytest.approx(late[quantity].value, rel=0.01)
 
 
+@pytest.mark.parametrize("state", ["saved", None])
+def test_a_landing_lasts_as_long_if_a_component_cannot_save_its_state(state, monkeypatch):
+    """Without a saved state, a longer run begins anew. It does not last longer, which would change heat and times."""
+    runs = []
+
+    def simulate(*_, end_time, start, goes_on):
+        runs.append((end_time, start))
+
+    for name, value in (
+        ("simulate", simulate),
+        ("longest", lambda *_: 40.0),
+        ("end_of", lambda _: state),
+        ("_without_drive", lambda *_: {}),
+        ("_outlook", lambda *_: Outlook(900.0, 8.0)),
+    ):
+        monkeypatch.setattr(rest, name, value)
+    rest._fall(None, 100.0, {}, {})
+    assert runs == [(5.0, None), (10.0, state)]
+
+
 @pytest.mark.slow
 def test_the_compressor_is_followed_to_standstill_in_its_retainers():
     (part,) = assess("compressor", only=["rest"]).parts

@@ -34,6 +34,7 @@ BACK = 0.3  # s, with power again
 TOUCHED = 1.0 - 1e-9  # of the clearance
 ROUNDING = 1e-9  # of a time: contact at the end of a step belongs to the acceleration of this step
 OVERLOAD_STEP, OVERLOAD_TIME, MOST = 0.25, 0.02, 8.0  # of the weight, s, of the weight
+ALIKE = 6  # digits of displacements over clearance: of directions that agree to these, the first is named
 FORCE_STEPS, FORCE_TIME, MOST_FORCE = 50, 0.04, 1.25  # s of each, of the capacity by formula
 
 
@@ -65,7 +66,13 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
             f"The force along the shaft rises in {FORCE_STEPS} steps over {FORCE_STEPS * FORCE_TIME:g} s. If the "
             "integrator of the controller is slow, the axis carries less in this time than its magnet could.",
         )
-    return AnalysisResult((_relevitation(subject, again), overload, *carried), panels, (), notes)
+    relevitation = _relevitation(subject, again)
+    if relevitation.value >= 100.0 * TOUCHED:
+        notes += (
+            "The controller continues while the power is off. If its integrators have no anti-windup, they hold the "
+            f"rotor against its retainers for longer than {BACK:g} s after the power returns.",
+        )
+    return AnalysisResult((relevitation, overload, *carried), panels, (), notes)
 
 
 def _with_power_back(lost: Mapping[str, Any], after: float) -> dict[str, Any]:
@@ -92,7 +99,7 @@ def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
 def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, Result]:
     """Return the smallest base acceleration, in g, at which the rotor touches anything, and its run."""
     runs = [_rising(subject, Omega, inputs, axis, sign) for axis in subject.directions_of_contact for sign in "+-"]
-    *_, overload, run = min(runs, key=lambda rising: rising[:2])
+    *_, overload, run = min(runs, key=lambda rising: (rising[0], round(rising[1], ALIKE)))
     return overload, run
 
 

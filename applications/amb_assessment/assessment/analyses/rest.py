@@ -130,7 +130,7 @@ def _fall(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], l
         if before is not None and outlook.standstill > most and outlook.is_that_of(before):
             return run
         before = outlook
-        duration = most if end is None else min(2.0 * duration, most)
+        duration = min(2.0 * duration, most)
 
 
 def _outlook(subject: AssessedMachine, run: Result) -> Outlook | None:
