@@ -55,6 +55,15 @@ def test_a_table_that_has_changed_is_read_again(tmp_path):
     assert ramps(table(tmp_path, [(0.0, 1.0), (0.1, 4.0)]))["rotor.d2.u"][1] != before
 
 
+@pytest.mark.parametrize("name", ["Omega", "rotor.Omega"])
+def test_a_profile_of_the_speed_also_sets_the_acceleration(name, tmp_path):
+    path = table(tmp_path, [(0.0, 100.0), (0.1, 130.0)], f"time (s), {name} (rad/s)")
+    (ramp,) = plan(scenario=f"{NO_EVENTS}[[profile]]\nfile = {str(path)!r}\n").ramps
+    assert (ramp.variable, ramp.slope) == ("Omega", "Omega_dot")
+    own = table(tmp_path, [(0.0, 100.0, 300.0), (0.1, 130.0, 0.0)], f"time (s), {name} (rad/s), Omega_dot (rad/s2)")
+    assert [ramp.slope for ramp in plan(scenario=f"{NO_EVENTS}[[profile]]\nfile = {str(own)!r}\n").ramps] == [None] * 2
+
+
 @pytest.mark.parametrize("per_step", [2.0, 3.7, 25.0])
 def test_rows_closer_than_steps_lose_no_impulse(tmp_path, per_step):
     times = np.arange(0.0, 0.02, H / per_step)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from amb_cosim.cosim.grid.time_grid import in_steps, is_on_grid, nearest_point, nearest_steps
@@ -133,7 +133,7 @@ def _experiment(
         marks = {change.name: change.moment(period) for change in scenario.named_changes}
         changes += _release(scenario, values, changes, marks)
         profiles = _speed_profile(scenario, values, period)
-        profiles += tuple(profile for table in scenario.profile for profile in table.profiles(0.0))
+        profiles += _with_acceleration([item for table in scenario.profile for item in table.profiles(0.0)], values)
     return Experiment(
         step_size=h,
         stop_time=end,
@@ -326,3 +326,18 @@ def _speed_profile(scenario: Scenario, values: Assignments, period: float) -> tu
         (p.moment(period), checked_speed(values.read(SPEED, p.Omega, "input")[1], p.Omega)) for p in scenario.speed
     ]
     return (Profile(SPEED, tuple(points), ACCELERATION),)
+
+
+def _with_acceleration(profiles: Sequence[Profile], values: Assignments) -> tuple[Profile, ...]:
+    """Return profiles in which a profile of the speed also sets the acceleration, unless another profile sets it.
+
+    If only the speed changed, it would jump at each step, and each step would be one of constant speed.
+    """
+    system = values.system
+    signals = [system.signal(item.variable) or system.signal_of(item.variable) for item in profiles]
+    names = [None if signal is None else signal.name for signal in signals]
+    if ACCELERATION in names or system.signal(ACCELERATION) is None:
+        return tuple(profiles)
+    return tuple(
+        replace(item, slope=ACCELERATION) if name == SPEED else item for item, name in zip(profiles, names, strict=True)
+    )
