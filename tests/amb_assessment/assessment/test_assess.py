@@ -121,6 +121,16 @@ def test_a_failing_part_is_unanswered_and_the_others_run(monkeypatch):
     assert result.parts[1].findings
 
 
+def test_an_error_of_the_program_does_not_look_like_a_limit_of_the_machine(monkeypatch):
+    def broken(subject):
+        return [][1]
+
+    monkeypatch.setitem(room.ANALYSES, "free_modes", room.Analysis("Free modes", broken))
+    result = assess("compressor", only=["free_modes", "closed_loop"])
+    assert_names(result.unanswered["free_modes"], "program", "report", "IndexError", "test_assess.py, line")
+    assert result.parts[1].findings
+
+
 def test_an_unknown_part_is_refused():
     with pytest.raises(ValueError, match="did you mean landing"):
         assess("compressor", only=["landng"])

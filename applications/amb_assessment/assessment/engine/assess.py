@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -329,10 +330,20 @@ def _answered(
         for item in result.quantities:
             check_declared(item.quantity, item.unit, item.facts)
         findings = tuple(judge(result.quantities, criteria, subject.facts, why_unstable))
-    except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
+    except (ValueError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__
-        return PartResult(name, part.title, AnalysisResult(), (), reason, time.perf_counter() - begin)
-    return PartResult(name, part.title, result, findings, "", time.perf_counter() - begin)
+    except Exception as error:  # the other parts are still of use
+        reason = _fault_of_program(error)
+    else:
+        return PartResult(name, part.title, result, findings, "", time.perf_counter() - begin)
+    return PartResult(name, part.title, AnalysisResult(), (), reason, time.perf_counter() - begin)
+
+
+def _fault_of_program(error: Exception) -> str:
+    """Return a reason that says that the program, not the machine, is at fault, and where."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{Path(last.filename).name}, line {last.lineno}"
+    return f"the program has an error, please report it: {type(error).__name__}: {error} ({where})"
 
 
 def _part_data(part: PartResult) -> dict[str, Any]:
