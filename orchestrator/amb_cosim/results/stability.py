@@ -35,6 +35,7 @@ SOURCES = "sources"  # attribute of a data set: components that excite the rotor
 EXCITATIONS = "excitations"  # attribute of a data set: the signals by which they do
 MIN_CYCLES = 5.0
 WIDENING = 0.02  # share by which the radius of an orbit that widens is larger in the last third of the time
+LEAST_TURNS = 3.0  # after a change, of which each third of the time contains one
 WIDE = 0.2  # of the clearance; an orbit that widens below it may still settle
 PER_TURN = 8.0  # samples from which motion at other angles of the shaft is interpolated
 GROWTH = 1.5  # of a mean square from the first to the last third of the time
@@ -88,6 +89,7 @@ def too_short(dataset: Signals, last_contact: float | None = None) -> str:
 
     whichever is less. The first is the limit of a geometric series, the second that of a steady orbit and a transient
     that together start from rest. Orbits below `WIDE` of the clearance count only within `MIN_CYCLES` of an event.
+    Thirds shorter than a turn do not show whether an orbit widens, so a wide one is then undecided.
     """
     cycle, begin, loop = cycles(dataset), _begin(dataset, last_contact), stability_of_loop(dataset)
     if not places(dataset).magnetic or not len(cycle):
@@ -102,13 +104,17 @@ def too_short(dataset: Signals, last_contact: float | None = None) -> str:
     if SOURCES in dataset.attrs or speed_changes(dataset) or within.stop - within.start < FEWEST:
         return ""
     time, values = np.asarray(dataset["time"].values)[within], parameters(dataset)
-    is_recent = begin > 0.0 and cycle[-1] - begin < MIN_CYCLES
+    lasts = float(cycle[-1]) - begin
+    is_recent = begin > 0.0 and lasts < MIN_CYCLES
     decay = max(-loop.growth_rate * float(time[-1] - time[0]), np.finfo(float).tiny)
     for site in places(dataset).sites:
         r, clearance = radius(dataset, site), values.get(f"{site}.clearance")
         if r is None or not clearance or not values.get(f"{site}.enabled", True):
             continue
         widest, largest = _widens_to(r[within], decay), float(r[within].max())
+        if is_recent and lasts < LEAST_TURNS and largest > WIDE * clearance:
+            reached = f"reaches {length_unit(clearance).text(largest, 3)} within {lasts:.2g} turns of the last change"
+            return f"the orbit at {name_label(site)} {reached}, and {LEAST_TURNS:g} turns are needed"
         if widest is not None and widest >= clearance and (is_recent or largest > WIDE * clearance):
             reached = length_unit(clearance).text(largest, 3)
             return f"the orbit at {name_label(site)} still widens when the run ends, at {reached}"
