@@ -39,6 +39,7 @@ from scipy.fft import rfft, rfftfreq
 from scipy.ndimage import find_objects, label, uniform_filter1d
 from scipy.signal import welch
 
+from amb_analysis.measured.force_noise import ForceNoise
 from array_types import Array, Bools, Complex, Indices
 
 ACTING, NOISE = 0.05, 6.0  # of (1)
@@ -50,14 +51,16 @@ RINGING = 3.0  # times the length of a pulse, after which another one is a rebou
 COMPLETE = 0.2  # of the peak of a blow, above which the first sample of a record lies within the blow
 LEAST_REST = 0.8  # of the shortest interval, which must follow the last blow
 WINDOWS, LEAST_WINDOW = 32, 16  # parts of a block in which the decay is observed, and their least length in samples
-LEFT = 0.05  # amplitude at the end of a block over the initial one, up to which no exponential window is required
+LEFT = 2e-3  # amplitude at the end of a block over the initial one, up to which no exponential window is required
 DECAYED = 0.01  # exp(-T/tau) of (2)
 FLOOR = 4.0  # ratio of powers, within which the rest of a record is noise
 NOISY = 0.04  # power over the initial one, above which it is not called noise
 FLAT, LEAST_FLAT = 1.3, 8  # ratio of the powers in both halves of the rest, above which it decays; its fewest parts
 CALM, BEYOND = 1.25, 1.6  # times in which the response decays to the level of the noise: noise alone; end of a block
+HEARD, COMPLETED = 0.2, 1e-3  # amplitudes over the initial one: most that counts as noise; least left in a block
 SILENT = 1e-6  # power over the initial one, below which nothing is left
 LEAST_QUIET = 64  # samples from which noise is estimated
+NOISE_SEGMENTS = 16  # of a quiet part, over which the spectrum of its noise is averaged
 SMOOTHED = 5  # lines over which the power in (3) is averaged, because a single line of noise has a large scatter
 EXCITED = 0.01  # power of the force over its maximum, where it still excites: -20 dB
 
@@ -215,7 +218,10 @@ def decay(outputs: Array, blows: Blows) -> tuple[int, float, int]:
         if not ends:
             return blows.available, float(np.sqrt(r[-1])), blows.available
         if m > 2 or size < 2 * LEAST_WINDOW:
-            return min(round(BEYOND * m * size), blows.available), 0.0, round(CALM * m * size)
+            heard = min(float(np.sqrt(max(floor, SILENT))), HEARD)  # amplitude after m parts
+            needed = round(max(BEYOND, np.log(COMPLETED) / np.log(heard)) * m * size)
+            left = 0.0 if needed <= blows.available else float(heard ** (blows.available / (m * size)))
+            return min(needed, blows.available), left, round(CALM * m * size)
         n = 4 * size
 
 
@@ -239,30 +245,54 @@ def blow_spectra(rows: Array, inputs: int, blows: Blows, n: int, rate: float) ->
     return np.asarray(np.einsum("kin,kjn->nij", W, W.conj()) / len(W))
 
 
-def noise_coherence(
-    rows: Array, S: Complex, inputs: int, blows: Blows, rate: float, quiet: slice | None
-) -> Array | None:
-    """Return the coherence (3) of each output, shape (n//2 + 1, outputs); None if the record contains no quiet part.
+def force_noise(rows: Array, n: int, blows: Blows, rate: float, step: float) -> ForceNoise | None:
+    """Return the noise of the only force; None if no sample shows it, because the hammer acts all the time.
 
     Parameters
     ----------
-    rows, inputs, blows, rate
+    rows, n, blows, rate
+        As for `blow_spectra`; the first row is the force.
+    step
+        Sample time (s).
+    """
+    if blows.acting.all():
+        return None
+    forced, weights = np.where(blows.acting, rows[0], 0.0), np.exp(-rate * np.arange(n))
+    U = np.stack([rfft(forced[s : s + n] * weights) for s in blows.starts], axis=1)
+    at = [np.flatnonzero(blows.acting[s : s + n]) for s in blows.starts]
+    samples = np.concatenate(at)
+    return ForceNoise(
+        np.asarray(samples * step, np.float64),
+        float(np.std(rows[0, ~blows.acting])) * weights[samples],
+        np.repeat(np.arange(len(at)), [len(of_blow) for of_blow in at]),
+        U.conj() / np.maximum(np.sum(np.abs(U) ** 2, axis=1, keepdims=True), np.finfo(float).tiny),
+    )
+
+
+def noise_spectra(rows: Array, n: int, inputs: int, blows: Blows, rate: float, quiet: slice | None) -> Array | None:
+    """Return the spectra of the noise in a block, shape (n//2 + 1, channels); None if the record has no quiet part.
+
+    Parameters
+    ----------
+    rows, n, inputs, blows, rate
         As for `blow_spectra`.
-    S
-        The spectra at all lines.
     quiet
         Samples that contain only noise; None if there are none.
     """
     if quiet is None:
         return None
-    n = 2 * (len(S) - 1)
-    length = min(n, quiet.stop - quiet.start)
-    lines = rfftfreq(n)
+    lasts = quiet.stop - quiet.start
+    length = min(n, max(lasts // NOISE_SEGMENTS, LEAST_QUIET // 2))
     at, density = welch(rows[:, quiet], 1.0, nperseg=length)
     weights = np.exp(-2.0 * rate * np.arange(n))
     acting = np.mean([weights @ blows.acting[s : s + n] for s in blows.starts])
     energies = np.where(np.arange(len(rows)) < inputs, acting, float(weights.sum()))
-    noise = np.stack([np.interp(lines, at, 0.5 * d * e) for d, e in zip(density, energies, strict=True)], axis=1)
+    lines = rfftfreq(n)
+    return np.stack([np.interp(lines, at, 0.5 * d * e) for d, e in zip(density, energies, strict=True)], axis=1)
+
+
+def noise_coherence(S: Complex, inputs: int, noise: Array) -> Array:
+    """Return the coherence (3) of each output, shape (n//2 + 1, outputs), from the spectra with and of the noise."""
     power = uniform_filter1d(np.einsum("nkk->nk", S).real, SMOOTHED, axis=0)
     shares = 1.0 - noise / np.maximum(power, np.finfo(float).tiny)
     of_input = np.clip(shares[:, :inputs], 0.0, 1.0).prod(axis=1, keepdims=True)

@@ -15,7 +15,7 @@ J. S. Bendat, A. G. Piersol, Random Data, 4th ed., Wiley, 2010.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from scipy.signal import csd, get_window
@@ -27,11 +27,14 @@ from amb_analysis.measured.blows import (
     Blows,
     blow_spectra,
     find_blows,
+    force_noise,
     noise_coherence,
+    noise_spectra,
     offsets,
     quiet_part,
 )
 from amb_analysis.measured.blows import decay as ending
+from amb_analysis.measured.force_noise import ForceNoise
 from amb_analysis.measured.records import Estimate, FrequencyResponse, TimeRecord, check_sizes
 from amb_cosim.cosim.grid.time_grid import in_steps
 from amb_files.checks import require_choice
@@ -115,19 +118,22 @@ def estimate(
     else:
         n = _samples(record, segment)
         found = _from_segments(rows.reshape(len(rows), record.repeats, -1), record.sample_time, n, window or "hann")
-    frequencies, S, estimate, resolution, known = found
-    values, coherence = responses(S, count, estimator)
-    gamma = known if known is not None else coherence if estimate.blocks > 1 else None
+    values, coherence = responses(found.S, count, estimator)
+    gamma = found.coherence
+    if gamma is None and found.estimate.blocks > 1:
+        gamma = coherence
     return tuple(
         FrequencyResponse(
             output,
             source,
-            frequencies,
+            found.frequencies,
             values[:, k, j],
             None if gamma is None else gamma[:, k],
-            resolution,
-            estimate.decay,
-            estimate,
+            found.resolution,
+            found.estimate.decay,
+            found.estimate,
+            None if found.scatter is None else found.scatter[:, k],
+            found.force_noise,
         )
         for k, output in enumerate(output_channels)
         for j, source in enumerate(input_channels)
@@ -175,8 +181,24 @@ def _samples(record: TimeRecord, segment: float | None) -> int:
     return n
 
 
-Found = tuple[Array, Complex, Estimate, float | None, Array | None]
-"""Frequencies (Hz) above 0, spectra, their description, the resolution, and the coherence if it is not that of (3)."""
+class Found(NamedTuple):
+    """Frequencies (Hz) above 0, the spectra there, their description, and what is known of their noise.
+
+    resolution
+        Width (Hz) of the window.
+    coherence, scatter
+        Coherence and squared scatter of each output, shape (n, outputs), from a quiet part of the record.
+    force_noise
+        Noise of the force of blows.
+    """
+
+    frequencies: Array
+    S: Complex
+    estimate: Estimate
+    resolution: float | None = None
+    coherence: Array | None = None
+    scatter: Array | None = None
+    force_noise: ForceNoise | None = None
 
 
 def _from_blows(
@@ -197,18 +219,31 @@ def _from_blows(
     if not decay and (window == EXPONENTIAL or (window is None and (left > LEFT or n < natural))):
         decay = float(-np.log(DECAYED)) / (n * step)
     n -= n % 2
-    quiet = quiet_part(blows, heard)
+    # What is left of a vibration is small beside the noise, but not in a narrow band about its frequency.
+    quiet = quiet_part(blows, max(natural, heard)) or quiet_part(blows, heard)
     rows = rows - offsets(rows, quiet, n)
     S = blow_spectra(rows, inputs, blows, n, decay * step)
     power = np.einsum("nkk->kn", S[:, :inputs, :inputs]).real
     frequencies = np.arange(n // 2 + 1) / (n * step)
     excited = (power >= EXCITED * power.max(axis=1, keepdims=True)).all(axis=0)
     highest = float(frequencies[np.flatnonzero(excited)[-1]])
-    known = noise_coherence(rows, S, inputs, blows, decay * step, quiet) if len(blows.starts) == 1 else None
-    inner = slice(1, -1)
+    quiet_noise = noise_spectra(rows, n, inputs, blows, decay * step, quiet)
     name, count = EXPONENTIAL if decay else BOXCAR, len(blows.starts)
+    known = noise_coherence(S, inputs, quiet_noise) if quiet_noise is not None and count == 1 else None
+    scatter = None
+    if quiet_noise is not None and inputs == 1:
+        scatter = quiet_noise[:, 1:] / np.maximum(count * power.T, np.finfo(float).tiny)
+    noise = force_noise(rows, n, blows, decay * step, step) if inputs == 1 else None
+    lines = np.arange(1, n // 2)
     estimate = Estimate(name, count, n * step, decay, count, blows.rebounds, highest, left, blows.incomplete)
-    return frequencies[inner], S[inner], estimate, None, None if known is None else known[inner]
+    return Found(
+        frequencies[lines],
+        S[lines],
+        estimate,
+        coherence=None if known is None else known[lines],
+        scatter=None if scatter is None else scatter[lines],
+        force_noise=None if noise is None else noise.at(lines),
+    )
 
 
 def _from_segments(rows: Array, step: float, n: int, window: str) -> Found:
@@ -226,4 +261,4 @@ def _from_segments(rows: Array, step: float, n: int, window: str) -> Found:
     inner = slice(1, -1 if n % 2 == 0 else None)
     blocks = rows.shape[1] * ((rows.shape[2] - overlap) // (n - overlap))
     estimate = Estimate(window, blocks, n * step)
-    return frequencies[inner], np.moveaxis(S.mean(axis=2), -1, 0)[inner], estimate, 1.0 / (n * step), None
+    return Found(frequencies[inner], np.moveaxis(S.mean(axis=2), -1, 0)[inner], estimate, 1.0 / (n * step))

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
+from amb_analysis.measured.force_noise import ForceNoise
 from array_types import Array, Bools, Complex, Indices
 from fmi_export.building.units import LEAST, MOST
 
@@ -104,6 +105,10 @@ class FrequencyResponse:
         because the window is a factor of both records. 0 without this window.
     estimate
         How the response was estimated from a record; None if the file contains responses.
+    scatter
+        Expected square of the error of the values due to the noise of the output, shape (n,); None if it is unknown.
+    force_noise
+        Noise of the force of a hammer; None without blows.
 
     Raises
     ------
@@ -120,6 +125,8 @@ class FrequencyResponse:
     resolution: float | None = None
     decay: float = 0.0
     estimate: Estimate | None = None
+    scatter: Array | None = None
+    force_noise: ForceNoise | None = None
 
     def __post_init__(self) -> None:
         n = len(self.frequencies)
@@ -159,7 +166,14 @@ class FrequencyResponse:
     def at(self, k: Indices | Bools) -> FrequencyResponse:
         """Return the response at the frequencies that indices or a mask select."""
         coherence = None if self.coherence is None else self.coherence[k]
-        return replace(self, frequencies=self.frequencies[k], values=self.values[k], coherence=coherence)
+        return replace(
+            self,
+            frequencies=self.frequencies[k],
+            values=self.values[k],
+            coherence=coherence,
+            scatter=None if self.scatter is None else self.scatter[k],
+            force_noise=None if self.force_noise is None else self.force_noise.at(k),
+        )
 
 
 def response_above_zero(

@@ -35,6 +35,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from amb_analysis.measured.force_noise import SharedScatter, shared_scatter
 from amb_analysis.measured.least_squares import Fit, FreeParameter, Residuals, intervals, leverages, minimised
 from amb_analysis.measured.records import FrequencyResponse
 from amb_analysis.measured.scatter import LEAST_SCATTER, Scatter, scatter_of
@@ -76,25 +77,32 @@ def fit_responses(
         values = zip(model(p), curves, weights, strict=True)
         return np.concatenate([_parts(np.asarray(w * np.log(H / c.values), np.complex128)) for H, c, w in values])
 
-    def over(scatters: Sequence[Scatter]) -> Residuals:
+    def over(scatters: Sequence[Scatter]) -> tuple[Residuals, Residuals, SharedScatter]:
+        """Return the residuals (1) as functions of the parameters, and made independent; and what they share."""
+        shared = _shared(curves, scatters, model(best))
+
         def differences(p: Array) -> Array:
             values = zip(model(p), curves, scatters, strict=True)
             return np.concatenate([scatter.residuals(H - c.values) for H, c, scatter in values])
 
-        return differences
+        return differences, lambda p: shared.independent(differences(p)), shared
 
     best = minimised(logarithms, free, start)
     scatters = [_floor(H, curve) for H, curve in zip(model(best), curves, strict=True)]
-    residuals = over(scatters)
+    differences, residuals, shared = over(scatters)
     best, likelihood = minimised(residuals, free, best), np.inf
     for _ in range(STEPS):
-        shares = _by_response(leverages(residuals, free, best), curves)
-        found = [scatter_of(*of_one) for of_one in zip(model(best), curves, shares, strict=True)]
+        shares = _by_response(leverages(residuals, free, best) + shared.leverages(), curves)
+        rest = _by_response(shared.rest(differences(best)), curves)
+        found = [
+            scatter_of(H, curve, scatter.differences(r), h)
+            for H, curve, scatter, r, h in zip(model(best), curves, scatters, rest, shares, strict=True)
+        ]
         new = sum(of_one for _, of_one in found)
         if new > likelihood - SETTLED:
             break
         scatters, likelihood = [scatter for scatter, _ in found], new
-        residuals = over(scatters)
+        differences, residuals, shared = over(scatters)
         best = minimised(residuals, free, best)
     of_responses = zip(scatters, _by_response(residuals(best), curves), strict=True)
     z = [scatter.noise(r) for scatter, r in of_responses]
@@ -117,6 +125,20 @@ def fit_responses(
 def _by_response(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
     """Return the values of each response's residuals, shape (2 n,): those of amplitudes, then those of phases."""
     return np.split(values, np.cumsum([2 * len(c.values) for c in curves])[:-1])
+
+
+def _shared(
+    curves: Sequence[FrequencyResponse], scatters: Sequence[Scatter], values: Sequence[Complex]
+) -> SharedScatter:
+    """Return the scatter that residuals share because of the noise of the force; `values` are those of the model."""
+    columns = []
+    for curve, scatter, H in zip(curves, scatters, values, strict=True):
+        noise, changes = curve.force_noise, np.empty((2 * len(H), 0))
+        if noise is not None:
+            moved = (-H[:, None] * noise.changes(curve.frequencies)).T
+            changes = np.stack([scatter.residuals(of_sample) for of_sample in moved], axis=1)
+        columns.append((noise, changes))
+    return shared_scatter(columns)
 
 
 def _equivalent(scatters: Sequence[Scatter], shares: Sequence[Array]) -> float:

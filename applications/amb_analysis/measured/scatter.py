@@ -8,11 +8,13 @@ amplitude and phase,
     w_k = a + c |H_k|^2 + d |H_mk|^2 (1 - gamma_k^2)/gamma_k^2                                      (3)
 
 The coefficient a is a noise floor, b and c describe scatter of amplitude and of phase in proportion to the response,
-and d describes the scatter of an estimate with the coherence gamma^2. Each response has its own coefficients >= 0.
-They maximise the likelihood. Each coefficient is multiplied repeatedly by (sum x_k q_k/v_k^2 / sum x_k/v_k)^(1/2),
-where x is its factor in (2) and (3), and q is 2 (Re e)^2 or 2 (Im e)^2, until v and w converge. The terms of b and c
-have the response of the model: with the measured |H_m|, values that are small by chance would receive too much weight.
-The term of d has |H_m|, because S_yy (1 - gamma^2)/S_uu is the scatter about the estimate and independent of its error.
+and d describes the scatter of an estimate with the coherence gamma^2. What a noisy force contributes to the latter is
+left out (`force_noise`). If the noise of the output is known from a quiet part of the record, its effect on H replaces
+the factor of d, and b and c are 0. Each response has its own coefficients >= 0. They maximise the likelihood. Each
+coefficient is multiplied repeatedly by (sum x_k q_k/v_k^2 / sum x_k/v_k)^(1/2), where x is its factor in (2) and (3),
+and q is 2 (Re e)^2 or 2 (Im e)^2, until v and w converge. The terms of b and c have the response of the model: with the
+measured |H_m|, values that are small by chance would receive too much weight. The term of d has |H_m|, because S_yy (1
+- gamma^2)/S_uu is the scatter about the estimate and independent of its error.
 
 An average over N segments knows its own scatter x = |H_m|^2 (1 - gamma^2)/gamma^2 with a relative variance rho of about
 1/(N - 1). The variance of ln x is psi'(1/rho), nearly rho/(1 - rho/2). It is estimated from neighbouring lines, where
@@ -36,12 +38,14 @@ from functools import cached_property
 
 import numpy as np
 
+from amb_analysis.measured.blows import NOISE_SEGMENTS
 from amb_analysis.measured.records import FrequencyResponse
 from array_types import Array, Complex
 
 WEIGHINGS = 500  # steps of the largest likelihood
 LEAST_SCATTER = 1e-9  # relative, of rounding
 LEAST_RATIO = 0.1  # of the standard deviations of amplitude and phase, smaller over larger
+LEAST_OWN = 0.05  # share of the scatter that the coherence states, which is not that of the force
 MOST_SHARE = 0.9  # of a residual in the fit
 
 
@@ -70,6 +74,11 @@ class Scatter:
         """Return e/sqrt(v/2) and e/sqrt(w/2) of differences H - H_m, shape (2 n,)."""
         return along_and_across(differences, self.direction) / np.sqrt(0.5 * self.variances)
 
+    def differences(self, residuals: Array) -> Complex:
+        """Return the differences H - H_m that have some residuals, shape (n,)."""
+        along, across = (residuals * np.sqrt(0.5 * self.variances)).reshape(2, -1)
+        return np.asarray(self.direction * (along + 1j * across))
+
     def noise(self, residuals: Array) -> Complex:
         """Return residuals of unit variance as complex numbers z with normal parts, in the axes of H, shape (n,).
 
@@ -83,7 +92,7 @@ class Scatter:
         return np.asarray(z * np.sqrt(np.divide(np.log1p(x), x, out=np.ones_like(x), where=x > 0.0)))
 
 
-def scatter_of(H: Complex, curve: FrequencyResponse, leverages: Array) -> tuple[Scatter, float]:
+def scatter_of(H: Complex, curve: FrequencyResponse, differences: Complex, leverages: Array) -> tuple[Scatter, float]:
     """Return the scatter of a response, and -2 times the logarithm of the likelihood.
 
     A residual is too small, because it affects the fit. Its square is therefore divided by 1 - h, where h is its
@@ -95,11 +104,13 @@ def scatter_of(H: Complex, curve: FrequencyResponse, leverages: Array) -> tuple[
         Response of the model, shape (n,).
     curve
         Measured response with n lines.
+    differences
+        H - H_m, without what all lines share, shape (n,).
     leverages
         Leverages of the residuals, shape (2 n,).
     """
     direction = np.exp(1j * np.angle(H))
-    squares = along_and_across(H - curve.values, direction) ** 2
+    squares = along_and_across(differences, direction) ** 2
     squares = 2.0 * squares / (1.0 - np.minimum(leverages, MOST_SHARE))
     scatter = _most_likely(H, direction, curve, squares)
     return scatter, float(np.sum(np.log(scatter.variances) + squares / scatter.variances))
@@ -115,10 +126,17 @@ def _most_likely(H: Complex, direction: Complex, curve: FrequencyResponse, squar
     """Return the scatter that maximises the likelihood of the squares q, shape (2 n,)."""
     power = np.abs(H) ** 2
     none, floor = np.zeros(len(H)), np.full(len(H), np.mean(power))
-    columns = [(floor, floor), (power, none), (none, power)]
-    if curve.coherence is not None:
+    columns = [(floor, floor)]
+    if curve.scatter is None:
+        columns += [(power, none), (none, power)]
+    else:
+        columns.append((curve.scatter, curve.scatter))
+    if curve.scatter is None and curve.coherence is not None:
         gamma = np.clip(curve.coherence, 1e-3, 1.0)
-        columns.append((np.abs(curve.values) ** 2 * (1.0 - gamma) / gamma,) * 2)
+        stated = (1.0 - gamma) / gamma
+        if curve.force_noise is not None:
+            stated = np.maximum(stated - curve.force_noise.power, LEAST_OWN * stated)
+        columns.append((np.abs(curve.values) ** 2 * stated,) * 2)
     terms = np.stack([np.concatenate(column) for column in columns], axis=1)
     least = LEAST_SCATTER**2 * np.tile(power, 2)
     factors = float(np.mean(squares)) / np.maximum(np.mean(terms, axis=0), 1e-300) / len(columns)
@@ -130,14 +148,17 @@ def _most_likely(H: Complex, direction: Complex, curve: FrequencyResponse, squar
         v = new
         if settled:
             break
-    factors[1:3] = np.maximum(factors[1:3], LEAST_RATIO**2 * factors[2:0:-1])
+    if curve.scatter is None:
+        factors[1:3] = np.maximum(factors[1:3], LEAST_RATIO**2 * factors[2:0:-1])
     found = terms * factors
     found[:, 0] += least
     return Scatter(direction, found, _uncertainty(curve))
 
 
 def _uncertainty(curve: FrequencyResponse) -> float:
-    """Return the relative variance (4) of the scatter that the coherence states; 0 without coherence."""
+    """Return the relative variance (4) of the scatter that coherence or quiet part state; 0 without either."""
+    if curve.scatter is not None:
+        return 1.0 / NOISE_SEGMENTS
     if curve.coherence is None:
         return 0.0
     gamma = np.clip(curve.coherence, 1e-3, 1.0 - 1e-6)

@@ -118,7 +118,12 @@ def test_rebounds_are_counted_and_the_ringing_of_a_filter_is_not():
 
 @pytest.mark.parametrize(
     ("times", "duration", "window"),
-    [(REGULAR, 16.0, "boxcar"), (IRREGULAR, 18.0, "boxcar"), ((0.05,), 8.0, "boxcar"), ((0.02,), 1.2, "exponential")],
+    [
+        (REGULAR, 16.0, "exponential"),  # exp(-1.5 2) = 5 % is left after 2 s
+        (IRREGULAR, 18.0, "exponential"),
+        ((0.05,), 8.0, "boxcar"),
+        ((0.02,), 1.2, "exponential"),
+    ],
 )
 def test_only_a_response_that_has_not_decayed_has_an_exponential_window(times, duration, window):
     for shift in (0.0, 1 / RATE):  # an odd and an even number of samples
@@ -187,7 +192,8 @@ def test_a_record_that_begins_within_its_only_blow_is_warned_of():
 
 def test_the_coherence_of_one_blow_is_that_of_its_noise():
     """It is 1 by (3) of `estimates`. Of the power at 220 Hz and 400 Hz, N_yy/S_yy is noise."""
-    curves = [estimate(struck((0.05,), 8.0, noise=0.02, seed=k), ["hammer"])[0] for k in range(8)]
+    options = {"window": "boxcar", "segment": 2.0}
+    curves = [estimate(struck((0.05,), 8.0, noise=0.02, seed=k), ["hammer"], **options)[0] for k in range(8)]
     n = round(curves[0].estimate.length * RATE)
     y = moved(push((0.05,), 8.0))
     S = np.abs(np.fft.rfft(y[:n])) ** 2

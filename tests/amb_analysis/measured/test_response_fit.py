@@ -207,7 +207,7 @@ def test_scatter_of_amplitude_and_phase_is_told_apart():
     """v = 2 s^2 |H|^2 with the standard deviation s of each part."""
     curves = scattered(0, amplitude=0.02, phase=0.005)
     for H, curve in zip(EXACT, curves, strict=True):
-        scatter, _ = scatter_of(H, curve, np.zeros(2 * len(F)))
+        scatter, _ = scatter_of(H, curve, H - curve.values, np.zeros(2 * len(F)))
         along, across = np.sqrt(0.5 * scatter.variances.reshape(2, -1)) / np.abs(H)
         assert along[np.abs(H) > 0.3] == pytest.approx(0.02, rel=0.15)
         assert across[np.abs(H) > 0.3] == pytest.approx(0.005, rel=0.15)
@@ -217,5 +217,5 @@ def test_scatter_of_amplitude_and_phase_is_told_apart():
 def test_the_coherence_of_few_averages_states_how_uncertain_it_is(averages):
     """The sum of N - 1 squares of complex noise has the relative variance 1/(N - 1)."""
     for H, curve in zip(EXACT, scattered(0, floor=0.05, averages=averages), strict=True):
-        scatter, _ = scatter_of(H, curve, np.zeros(2 * len(F)))
+        scatter, _ = scatter_of(H, curve, H - curve.values, np.zeros(2 * len(F)))
         assert scatter.uncertainty == pytest.approx(1.0 / (averages - 1), rel=0.3)
