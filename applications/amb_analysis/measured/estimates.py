@@ -109,7 +109,7 @@ def estimate(
     if window in (None, BOXCAR, EXPONENTIAL):
         blows = find_blows(rows[:count].reshape(count, record.repeats, -1), record.sample_time)
     if blows is not None:
-        found = _from_blows(rows, count, record.sample_time, blows, segment, window, decay)
+        spectra = _from_blows(rows, count, record.sample_time, blows, segment, window, decay)
     elif decay or window == EXPONENTIAL:
         raise ValueError(
             f"the window 'exponential' is not allowed, because {' and '.join(c.name for c in input_channels)} contains "
@@ -117,23 +117,23 @@ def estimate(
         )
     else:
         n = _samples(record, segment)
-        found = _from_segments(rows.reshape(len(rows), record.repeats, -1), record.sample_time, n, window or "hann")
-    values, coherence = responses(found.S, count, estimator)
-    gamma = found.coherence
-    if gamma is None and found.estimate.blocks > 1:
+        spectra = _from_segments(rows.reshape(len(rows), record.repeats, -1), record.sample_time, n, window or "hann")
+    values, coherence = responses(spectra.S, count, estimator)
+    gamma = spectra.coherence
+    if gamma is None and spectra.estimate.blocks > 1:
         gamma = coherence
     return tuple(
         FrequencyResponse(
             output,
             source,
-            found.frequencies,
+            spectra.frequencies,
             values[:, k, j],
             None if gamma is None else gamma[:, k],
-            found.resolution,
-            found.estimate.decay,
-            found.estimate,
-            None if found.scatter is None else found.scatter[:, k],
-            found.force_noise,
+            spectra.resolution,
+            spectra.estimate.decay,
+            spectra.estimate,
+            None if spectra.scatter is None else spectra.scatter[:, k],
+            spectra.force_noise,
         )
         for k, output in enumerate(output_channels)
         for j, source in enumerate(input_channels)
@@ -181,8 +181,8 @@ def _samples(record: TimeRecord, segment: float | None) -> int:
     return n
 
 
-class Found(NamedTuple):
-    """Frequencies (Hz) above 0, the spectra there, their description, and what is known of their noise.
+class Spectra(NamedTuple):
+    """Spectra at frequencies (Hz) above 0, how they were estimated, and their noise.
 
     resolution
         Width (Hz) of the window.
@@ -203,7 +203,7 @@ class Found(NamedTuple):
 
 def _from_blows(
     rows: Array, inputs: int, step: float, blows: Blows, segment: float | None, window: str | None, decay: float
-) -> Found:
+) -> Spectra:
     """Return the spectra of the blocks of blows; rows have the shape (channels, samples)."""
     natural, left, heard = ending(rows[inputs:], blows)
     n = natural
@@ -236,7 +236,7 @@ def _from_blows(
     noise = force_noise(rows, n, blows, decay * step, step) if inputs == 1 else None
     lines = np.arange(1, n // 2)
     estimate = Estimate(name, count, n * step, decay, count, blows.rebounds, highest, left, blows.incomplete)
-    return Found(
+    return Spectra(
         frequencies[lines],
         S[lines],
         estimate,
@@ -246,7 +246,7 @@ def _from_blows(
     )
 
 
-def _from_segments(rows: Array, step: float, n: int, window: str) -> Found:
+def _from_segments(rows: Array, step: float, n: int, window: str) -> Spectra:
     """Return the spectra of segments; rows have the shape (channels, repeats, samples).
 
     No segment extends over two repeats.
@@ -261,4 +261,4 @@ def _from_segments(rows: Array, step: float, n: int, window: str) -> Found:
     inner = slice(1, -1 if n % 2 == 0 else None)
     blocks = rows.shape[1] * ((rows.shape[2] - overlap) // (n - overlap))
     estimate = Estimate(window, blocks, n * step)
-    return Found(frequencies[inner], np.moveaxis(S.mean(axis=2), -1, 0)[inner], estimate, 1.0 / (n * step))
+    return Spectra(frequencies[inner], np.moveaxis(S.mean(axis=2), -1, 0)[inner], estimate, 1.0 / (n * step))

@@ -8,13 +8,13 @@ amplitude and phase,
     w_k = a + c |H_k|^2 + d |H_mk|^2 (1 - gamma_k^2)/gamma_k^2                                      (3)
 
 The coefficient a is a noise floor, b and c describe scatter of amplitude and of phase in proportion to the response,
-and d describes the scatter of an estimate with the coherence gamma^2. What a noisy force contributes to the latter is
-left out (`force_noise`). If the noise of the output is known from a quiet part of the record, its effect on H replaces
-the factor of d, and b and c are 0. Each response has its own coefficients >= 0. They maximise the likelihood. Each
+and d describes the scatter of an estimate with the coherence gamma^2. The part of a noisy force in the latter is left
+out (`force_noise`). If the noise of the output is known from a quiet part of the record, its effect on H replaces the
+factor of d, and b and c are 0. Each response has its own coefficients >= 0. They maximise the likelihood. Each
 coefficient is multiplied repeatedly by (sum x_k q_k/v_k^2 / sum x_k/v_k)^(1/2), where x is its factor in (2) and (3),
-and q is 2 (Re e)^2 or 2 (Im e)^2, until v and w converge. The terms of b and c have the response of the model: with the
-measured |H_m|, values that are small by chance would receive too much weight. The term of d has |H_m|, because S_yy (1
-- gamma^2)/S_uu is the scatter about the estimate and independent of its error.
+and q is 2 (Re e)^2 or 2 (Im e)^2, until v and w converge. The terms of b and c have the response of the model: with
+the measured |H_m|, values that are small by chance would receive too much weight. The term of d has |H_m|, because
+S_yy (1 - gamma^2)/S_uu is the scatter about the estimate and independent of its error.
 
 An average over N segments knows its own scatter x = |H_m|^2 (1 - gamma^2)/gamma^2 with a relative variance rho of about
 1/(N - 1). The variance of ln x is psi'(1/rho), nearly rho/(1 - rho/2). It is estimated from neighbouring lines, where
