@@ -65,6 +65,7 @@ def test_each_help_has_two_examples_that_its_command_accepts(path: str) -> None:
     lines = [line.strip() for line in text.partition("Examples:")[2].splitlines() if line.strip()]
     assert len(lines) >= 2
     assert max(map(len, text.splitlines())) <= 80
+    assert not re.search(r"^  \S+ .*\.\.\.$", text, re.MULTILINE), "a list of commands cuts a description"
     for line in lines:
         assert line.startswith(path if not isinstance(command, click.Group) else "amb-cosim")
         parsed: click.Command = main  # type: ignore[assignment]

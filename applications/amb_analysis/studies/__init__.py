@@ -59,11 +59,10 @@ _GENERAL = {
     "layout": Study(".rotor_layout", "Show parts, mass and modes of a rotor, its model in the plant, and a picture."),
     "campbell": Study(".campbell_diagram", "Draw the Campbell diagram of a rotor."),
     "modes": Study(".natural_modes", "List natural frequencies and draw mode shapes."),
-    "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response as a function of speed."),
+    "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response over speed."),
     "coupling": Study(
         ".coupling_order",
-        "Compare execution orders and step sizes of the master. The results are the orbit, outcome and cost of a "
-        "scenario.",
+        "Compare execution orders and step sizes. The results are the orbit, outcome and cost of a scenario.",
     ),
     "convergence": Study(
         ".contact_convergence",
@@ -71,7 +70,7 @@ _GENERAL = {
     ),
     "sensitivity": Study(
         ".stability_margin",
-        "Compute the stability margin (ISO 14839-3), and also measure it in a co-simulation.",
+        "Compute the stability margin of ISO 14839-3. It is also measured in a co-simulation.",
     ),
     "poles": Study(
         ".closed_loop_poles",
@@ -89,7 +88,7 @@ _GENERAL = {
     "receptance": Study(".sensor_receptance", "Compute synchronous responses to bearing forces."),
     "response": Study(
         ".frequency_responses",
-        "Compute frequency responses, alone or overlaid on a measurement.",
+        "Compute frequency responses. They are overlaid on measured ones if a measurement is given.",
     ),
     "fit": Study(
         ".rotor_fit",

@@ -13,5 +13,5 @@ STUDIES = {
     "synchronous_response": Study(".measured_response", "Compute and measure S(f) (Figs 5.1, 5.18, 5.19)."),
     "test_force": Study(".identification_force", "Compute an identification's test force (Figure 5.2)."),
     "h_matrix": Study(".h_interpolation", "Compare exact and interpolated H (Figure 5.3)."),
-    "recovery": Study(".contact_recovery", "Compare controls that free a rubbing rotor (Figure 5.6)."),
+    "recovery": Study(".contact_recovery", "Compare controls that free a rubbing rotor. They are those of Figure 5.6."),
 }
