@@ -345,6 +345,13 @@ def test_the_study_of_an_axis_takes_a_scenario_as_all_others_do():
     assert by_object.k_i == by_name.k_i
 
 
+def test_hints_of_studies_of_a_machine_include_a_scenario():
+    """`fit` writes the name of the scenario's file."""
+    hints = {name: get_args(hint) for name, parameter, hint in ARGUMENTS if parameter == "scenario"}
+    assert len(hints) > 10
+    assert [name for name, hint in hints.items() if amb_cosim.Scenario not in hint] == ["amb_analysis.studies.fit"]
+
+
 def test_command_line_and_python_give_the_same_result(result, runner, tmp_path):
     command = ["run", "fig4_9", "--set", "rotor_contact.rb1.clearance=0.6 mm", "--until", str(UNTIL)]
     assert runner(*command, "--no-plots", "-o", "out", "--summary-json", "-").exit_code == 0

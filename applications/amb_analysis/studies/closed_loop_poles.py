@@ -35,6 +35,7 @@ from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import frequency_unit, speed_unit
 from amb_cosim.results.loop_stability import LoopStability
 from amb_cosim.scenario.prepare_run import prepare_run
+from amb_cosim.scenario.scenario import Scenario
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.refinement import with_samples
@@ -195,7 +196,7 @@ class ClosedLoopPoles(MachineResult):
 
 
 def poles(
-    scenario: str | Path | None = None,
+    scenario: str | Path | Scenario | None = None,
     *,
     rotor: str | Path | None = None,
     controller: FmuSource | PathLike[str] | None = None,

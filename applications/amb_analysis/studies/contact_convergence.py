@@ -33,7 +33,7 @@ from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number, text_table
 from amb_cosim.results.contact_forces import WINDOW
-from amb_cosim.scenario.scenario import as_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
 from amb_files.plain_values import plain_values
 from array_types import Array
@@ -159,7 +159,7 @@ def _cells(contact: Contact | None) -> Sequence[str]:
 
 
 def convergence(
-    scenario: str | Path | None = None,
+    scenario: str | Path | Scenario | None = None,
     *,
     rotor: str | Path | None = None,
     set: Mapping[str, Raw] | None = None,
@@ -177,7 +177,7 @@ def convergence(
     Parameters
     ----------
     scenario
-        Name of a packaged scenario, or a TOML file; by default the packs' default scenario.
+        A `Scenario`, the name of a packaged scenario, or a TOML file; by default the packs' default scenario.
     rotor
         Name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     set

@@ -47,6 +47,7 @@ from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import force_unit, speed_unit
 from amb_cosim.scenario.prepare_run import prepare_run
+from amb_cosim.scenario.scenario import Scenario
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.rotor_file import load_rotor
@@ -232,7 +233,7 @@ class Traps(MachineResult):
 
 
 def traps(
-    scenario: str | Path | None = None,
+    scenario: str | Path | Scenario | None = None,
     *,
     rotor: str | Path | None = None,
     controller: FmuSource | PathLike[str] | None = None,

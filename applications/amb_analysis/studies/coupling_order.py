@@ -101,7 +101,7 @@ RUNS = (
 
 
 def coupling(
-    scenario: str | Path | None = None,
+    scenario: str | Path | Scenario | None = None,
     *,
     rotor: str | Path | None = None,
     set: Mapping[str, Raw] | None = None,
@@ -112,8 +112,8 @@ def coupling(
     Parameters
     ----------
     scenario
-        Name of a packaged scenario, or a TOML file; by default the packs' default scenario. The study compares the
-        scenario's communication step and fractions of it.
+        A `Scenario`, the name of a packaged scenario, or a TOML file; by default the packs' default scenario. The
+        study compares the scenario's communication step and fractions of it.
     rotor
         Name of a packaged rotor, or a rotor file, to use instead of the scenario's.
     set

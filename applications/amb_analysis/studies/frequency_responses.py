@@ -37,6 +37,7 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.prepare_run import prepare_run
+from amb_cosim.scenario.scenario import Scenario
 from amb_files.checks import as_names, require, require_choice
 from array_types import Array, Complex
 from rotor_analysis.implausible_sizes import implausible_sizes
@@ -163,7 +164,7 @@ class FrequencyResponses(WarnedResult, DrawnResult):
 
 
 def response(
-    scenario: str | Path | None = None,
+    scenario: str | Path | Scenario | None = None,
     *,
     rotor: str | Path | Rotor | None = None,
     controller: str | Path | None = None,
