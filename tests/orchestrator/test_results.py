@@ -408,7 +408,7 @@ def test_share_in_contact_counts_bushes_too(synthetic):
 def test_a_point_of_a_sweep_without_contact_has_not_recovered(synthetic, without):
     """The retainers touch until cycle 7.5, at which this record begins; its disturbance may have prevented contact."""
     quiet = synthetic()
-    quiet = quiet.assign_coords(cycle=quiet["cycle"] - 13.0)
+    quiet = quiet.assign_coords(cycle=quiet["cycle"] - 13.0).assign_attrs(disturbance_cycle=3.0)  # of 7 cycles
     for dataset, ended in ((quiet, "prevented"), (without(quiet, "disturbance_cycle", "disturbance_label"), None)):
         recovery, values = evaluate(dataset)
         assert (recovery, values["contact"]) == (ended, 0.0)
