@@ -67,7 +67,7 @@ def test_a_mode_with_coefficients_of_its_frequency_is_the_matched_one(name):
 
 
 def test_coefficients_over_whirl_frequency_require_a_frequency():
-    with raises_naming(ValueError, "--frequency", "whirl"):
+    with raises_naming(ValueError, "`frequency`", "whirl"):
         read_ross(FOLDER / "over_frequency.toml")
 
 
@@ -100,7 +100,7 @@ def test_a_magnet_whose_table_was_changed_needs_a_frequency(tmp_path):
     """ROSS reads the saved coefficients, regardless of the magnet's data beside them."""
     saved = (FOLDER / "magnets.toml").read_text()
     (tmp_path / "changed.toml").write_text(saved.replace("ki_pid = 0", "ki_pid = 1e5", 1))
-    with raises_naming(ValueError, "--frequency", "magnet0"):
+    with raises_naming(ValueError, "`frequency`", "magnet0"):
         read_ross(tmp_path / "changed.toml")
 
 
