@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -64,7 +65,10 @@ def produce(command: str, work: Path, result: Path) -> None:
 
 
 def reduce(drawn: Path, file: Path, width: int) -> None:
-    """Write a picture with a width (pixels), at most that of the drawing, and few colours."""
+    """Write a picture with a width (pixels), at most as drawn, and few colours. A moving picture is copied."""
+    if drawn.suffix == ".gif":
+        shutil.copyfile(drawn, file)
+        return
     with Image.open(drawn) as picture:
         size = (width, round(width * picture.height / picture.width))
         small = picture.convert("RGB").resize(size, Image.Resampling.LANCZOS) if picture.width > width else picture

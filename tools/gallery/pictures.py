@@ -68,6 +68,9 @@ PICTURES = {
     "contact": _of_run("contact", "contact", "drop", 1100),
     "magnets": _of_run("magnets", "magnets", "fig4_9"),
     "landing": _of_run("landing", "touchdown", "relevitation", 900),
+    "landing_moves": Picture(
+        "gallery/landing.gif", 900, "landing.gif", "plot relevitation landing -o landing.gif", ("relevitation",)
+    ),
     "landing_contact": _of_run("landing_contact", "contact", "landing", 1100, needs=EXP),
     "whirl": _of_run("whirl", "whirl", "fig4_18", 1000, "fig4_18_whirl.png"),
     "turns": Picture("gallery/turns.png", 700, "turns.png", "plot levitation turns -o turns.png", (*EXP, "levitation")),

@@ -12,12 +12,16 @@ from amb_cosim.commands.printing import check_picture
 from amb_files.atomic import plain_file
 
 TABLES = (".csv", ".mat")
+MOVING, FILMS = "landing", (".gif", ".mp4")
 
 
 @click.command()
 @click.argument("result", type=click.Path(path_type=Path))
 @click.argument("variables", nargs=-1, required=True, metavar="VARIABLE...")
-@output("Output file (.png, .pdf, .svg, .csv or .mat); default: FIGURE.png or traces.png in the result folder.")
+@output(
+    "Output file (.png, .pdf, .svg, .csv, .mat; landing: .gif, .mp4); default: FIGURE.png, traces.png or landing.gif "
+    "in the result folder."
+)
 @click.option("--begin", metavar="MOMENT", help="Start time, such as 0.3 (s) or 'cycle 5'.")
 @click.option("--until", metavar="MOMENT", help="Last moment.")
 @UNITS
@@ -25,7 +29,8 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
     """Draw variables of a saved run over time, or export them.
 
     A VARIABLE is a name with or without its component, or a pattern: left.x, '*.f_n'. The name of a figure (orbits,
-    turns, contact, ...) draws that figure. The suffix of the output defines the format.
+    turns, contact, ...) draws that figure, and landing shows the first impacts in slow motion. The suffix of the output
+    defines the format.
     """
     from amb_cosim.results.plots import MODULES, figure
     from amb_cosim.results.result import Result
@@ -34,6 +39,14 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
     name = variables[0] if len(variables) == 1 and variables[0] in MODULES else None
     with refusing():
         run = Result.load(result)
+        if variables == (MOVING,):
+            from amb_cosim.results.plots.landing import write_landing
+
+            path = output or plain_file(result if result.is_dir() else result.parent, f"{MOVING}.gif")
+            check_picture(path, FILMS, pictures=())
+            write_landing(run.signals, path, begin, until)
+            click.echo(f"animation in {path}")
+            return
         path = output or plain_file(result if result.is_dir() else result.parent, f"{name or 'traces'}.png")
         suffix = path.suffix.lower()
         check_picture(path, TABLES)

@@ -32,9 +32,9 @@ class Printed(Protocol):
         """Return the tables and lines that describe the result."""
 
 
-def check_picture(path: Path, others: Sequence[str] = ()) -> None:
+def check_picture(path: Path, others: Sequence[str] = (), pictures: Sequence[str] = PICTURES) -> None:
     """Raise ValueError unless the path can be written, and its suffix is that of a picture or one of `others`."""
-    allowed = (*PICTURES, *others)
+    allowed = (*pictures, *others)
     if path.suffix.lower() not in allowed:
         raise ValueError(f"{path} is not allowed; its name must end with {', '.join(allowed)}")
     check_writable(path, is_folder=False)
