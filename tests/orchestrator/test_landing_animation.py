@@ -70,6 +70,12 @@ def test_film_without_ffmpeg_and_run_without_a_landing_are_refused(tmp_path, mon
         write_landing(fall(), tmp_path / "landing.mp4")
     with raises_naming(ValueError, "retainer", "orbits"):
         write_landing(synthetic(), tmp_path / "landing.gif")
+    without_scenario = fall()
+    del without_scenario.attrs["scenario"]
+    with raises_naming(ValueError, "scenario"):
+        write_landing(without_scenario, tmp_path / "landing.gif")
+    with raises_naming(ValueError, "motion"):
+        write_landing(fall().isel(time=slice(0, 0)), tmp_path / "landing.gif")
     with raises_naming(ValueError, "sample", "2"):
         write_landing(fall(), tmp_path / "landing.gif", begin=1.0, until=1.0)
     assert list(tmp_path.iterdir()) == []

@@ -23,11 +23,12 @@ from amb_cosim.presentation.units import ShownUnit, force_unit, length_unit, spi
 from amb_cosim.results.contact_forces import averaged_force
 from amb_cosim.results.orbits import centre, turned_upright
 from amb_cosim.results.places import places
+from amb_cosim.results.plots import has_motion
 from amb_cosim.results.plots.axes import Station, clearance, colour_of, orbit_labels, stations
 from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.power import amplifiers_off
 from amb_cosim.results.selection import select
-from amb_cosim.results.signal_arrays import speed
+from amb_cosim.results.signal_arrays import finite_signals, speed
 from amb_cosim.results.thinned import judged
 from amb_cosim.results.touchdown import touchdown
 from amb_files.atomic import write_atomically
@@ -74,23 +75,25 @@ def write_landing(dataset: Signals, path: Path, begin: Raw | None = None, until:
     ValueError
         If the run has no touchdown across the shaft, the range has fewer than two samples, or ffmpeg is missing.
     """
+    if path.suffix.lower() == ".mp4" and not FFMpegWriter.isAvailable():
+        raise ValueError(f"{path.name} cannot be written without ffmpeg: install ffmpeg, or write a .gif")
     with mpl.rc_context(STYLE):
         animation = landing(dataset, begin, until)[1]
         write_atomically(path, partial(_save, animation))
 
 
 def _save(animation: FuncAnimation, path: Path) -> None:
-    writer: AbstractMovieWriter = PillowWriter(fps=RATE)
-    if path.suffix.lower() == ".mp4":
-        if not FFMpegWriter.isAvailable():
-            raise ValueError(f"{path.name} cannot be written without ffmpeg: install ffmpeg, or write a .gif")
-        writer = FFMpegWriter(fps=RATE)
+    writer: AbstractMovieWriter = (FFMpegWriter if path.suffix.lower() == ".mp4" else PillowWriter)(fps=RATE)
     animation.save(str(path), writer=writer, dpi=DOTS)
 
 
 def landing(dataset: Signals, begin: Raw | None = None, until: Raw | None = None) -> tuple[Figure, FuncAnimation]:
     """Return the figure of a landing and its animation; see `write_landing`."""
-    dataset = judged(dataset)
+    if "scenario" not in dataset.attrs:
+        raise ValueError("landing cannot be drawn: this is the result of a system without a scenario")
+    dataset = judged(finite_signals(dataset)[0])
+    if not has_motion(dataset):
+        raise ValueError("landing cannot be drawn: the run recorded no sample of the rotor's motion at its bearings")
     fall, first = touchdown(dataset), first_impacts(dataset)
     drawn = [station for station in stations(dataset) if station.site]
     if fall is None or first is None or not drawn:
