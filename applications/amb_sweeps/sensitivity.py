@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "peak_contact_force") -> xr.Dataset:
+def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "averaged_contact_force") -> xr.Dataset:
     """Return the first-order and total index of each range of a Saltelli sample, with 95 % confidence.
 
     Raises

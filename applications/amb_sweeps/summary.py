@@ -116,11 +116,11 @@ def _sensitivity_lines(design: SamplePlan, dataset: xr.Dataset) -> list[str]:
         indices = sensitivity(design, dataset)
     except ValueError as error:
         return [f"no sensitivities: {error}"]
-    lines = []
+    lines, quantity = [], FORCES[indices.attrs["metric"]]
     for name in indices["parameter"].values:
         row = indices.sel(parameter=name)
         first, total = (f"{float(row[k]):.2f} +- {float(row[f'{k}_conf']):.2f}" for k in ("S1", "ST"))
-        lines.append(f"{indices.attrs['metric']} over {name}: first-order index {first}, total {total}")
+        lines.append(f"{quantity} over {name}: first-order index {first}, total {total}")
     return lines
 
 

@@ -15,6 +15,7 @@ from amb_sweeps.maps import draw_map
 from amb_sweeps.ready import read_sweep
 from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import open_sweep
+from amb_sweeps.summary import FORCES, summarise_sweep
 from amb_sweeps.worker import Task
 from tests.amb_sweeps.conftest import UNTIL, filled, refined
 from tests.support.messages import assert_names, raises_naming
@@ -121,12 +122,14 @@ def test_sensitivities_match_those_of_an_analytic_function(tmp_path):
     """The variance of a x + b y over the unit square is a^2 / 12 + b^2 / 12."""
 
     def linear(settings):
-        return {"peak_contact_force": 3.0 * settings["a.x"] + 1.0 * settings["a.y"]}
+        return {"averaged_contact_force": 3.0 * settings["a.x"] + 1.0 * settings["a.y"]}
 
     swept = filled(tmp_path, {"a.x": "0:1", "a.y": "0:1", "a.z": "0:1"}, linear, "saltelli:512")
     result = indices.sensitivity(swept.design, swept.dataset)
     np.testing.assert_allclose(result["S1"], [0.9, 0.1, 0.0], atol=0.02)
     np.testing.assert_allclose(result["ST"], [0.9, 0.1, 0.0], atol=0.02)
+    lines = [line for line in summarise_sweep(swept.dataset, swept.design, tmp_path, "") if "index" in line]
+    assert [line.partition(" over ")[0] for line in lines] == [FORCES["averaged_contact_force"]] * 3
 
 
 def test_a_sensitivity_requires_a_sample_and_a_metric(tmp_path):
@@ -134,7 +137,7 @@ def test_a_sensitivity_requires_a_sample_and_a_metric(tmp_path):
     with raises_naming(ValueError, "saltelli:N", "grid"):
         indices.sensitivity(grid.design, grid.dataset)
     swept = filled(tmp_path / "sample", {"a.x": "1:2"}, lambda _: {"m": 1.0}, "saltelli:4")
-    with raises_naming(ValueError, "'peak_contact_force'"):
+    with raises_naming(ValueError, "'averaged_contact_force'"):
         indices.sensitivity(swept.design, swept.dataset)
 
 
