@@ -328,6 +328,13 @@ def test_a_hint_of_a_function_is_shown_by_its_command_as_an_option(runner, tmp_p
     assert "--channel-unit 'fan.x/fan.f_x amplitude=m/N'" in shown.stderr
     shown = runner("study", "response", "--rotor", "compressor", "--input", "seal.f_x")
     assert "--response" in shown.stderr  # `-o`, `--output` is the folder of results
+    f = np.arange(1.0, 201.0)
+    H = 1.0 / ((2.0 * np.pi * 50.0) ** 2 - (2.0 * np.pi * f) ** 2 + 60j * f)
+    rows = "\n".join(f"{a},{h.real:.9g},{h.imag:.9g}" for a, h in zip(f, H, strict=True))
+    heads = (f"impeller3.x/impeller3.f_x {part} [m/N]" for part in ("real", "imag"))
+    (tmp_path / "measured.csv").write_text(f"frequency [Hz],{','.join(heads)}\n{rows}\n")
+    shown = runner("study", "response", "--rotor", "compressor", "--measured", "measured.csv")
+    assert "--exponential-window" in shown.stdout
 
 
 def test_a_list_where_several_arguments_are_meant_are_these(result, tmp_path):

@@ -60,7 +60,7 @@ def refusing() -> Iterator[None]:
     try:
         yield
     except (ValueError, StartFailed, FmuError) as error:
-        raise Refused(_with_options(str(error))) from error
+        raise Refused(with_options(str(error))) from error
     except ProcessFailed as error:
         raise Failed(str(error)) from error
     except OSError as error:
@@ -68,10 +68,10 @@ def refusing() -> Iterator[None]:
         raise Failed(f"{where}{error.strerror or error}") from error
 
 
-def _with_options(message: str) -> str:
-    """Return the message of a function with the names of the command's options in place of those of its arguments.
+def with_options(message: str) -> str:
+    """Return a text of a function with the names of the command's options in place of those of its arguments.
 
-    Messages state arguments as they are written in Python: `up_to = 3 is not allowed`, `up_to='50 Hz'`,
+    Errors and results state arguments as they are written in Python: `up_to = 3 is not allowed`, `up_to='50 Hz'`,
     `channels={'acc1': '0.1 m.x'}`, or the mere name in backticks.
     """
     context = click.get_current_context(silent=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from amb_analysis import studies
-from amb_cosim.commands.cli_errors import Refused, refusing
+from amb_cosim.commands.cli_errors import Refused, refusing, with_options
 from amb_cosim.commands.options import (
     CURRENT,
     DAMPING,
@@ -161,7 +161,8 @@ def add_study(
             result = compute(**values)
             studies.save(result, folder)
         told = [f"warning: {sentence}" for sentence in warned]
-        print_parts(part for part in result.text() if part not in told)
+        parts = (part for part in result.text() if part not in told)
+        print_parts(with_options(part) if isinstance(part, str) else part for part in parts)
         click.echo(f"results in {folder}")
 
     decorated: Callable[..., None] = run
