@@ -9,10 +9,11 @@ A record contains blows if (1) holds for few samples, if 6 sigma is far below ma
 direction, |sum u| > 0.7 sum|u|. A shaker or a sweep, even with pauses, violates one of these conditions. Pulses that
 follow each other much faster than the others are rebounds of one blow.
 
-A block begins shortly before a blow and ends before the next one. It ends earlier if the response decays earlier into
-noise, because the rest of the block would add only noise. If the fraction e of a vibration is left at the end of a
-block, its residue changes by a factor of about 1 - e. Its pole does not change, because exp(-j omega T) = 1 at the
-lines of a block of length T. If much is left, the force and the responses are multiplied by
+A block begins shortly before a blow and ends before the next one, or when 0.1 % of the response is left, because the
+rest of the block would add only noise. The decay below the noise is extrapolated. If the fraction e of a vibration is
+left at the end of a block, its residue changes by a factor of about 1 - e. Its pole does not change, because exp(-j
+omega T) = 1 at the lines of a block of length T. If more than 0.2 % is left, the force and the responses are multiplied
+by
 
     w(t) = exp(-t/tau),   tau = T/ln(100)                                                           (2)
 
@@ -57,7 +58,7 @@ FLOOR = 4.0  # ratio of powers, within which the rest of a record is noise
 NOISY = 0.04  # power over the initial one, above which it is not called noise
 FLAT, LEAST_FLAT = 1.3, 8  # ratio of the powers in both halves of the rest, above which it decays; its fewest parts
 CALM, BEYOND = 1.25, 1.6  # times in which the response decays to the level of the noise: noise alone; end of a block
-HEARD, COMPLETED = 0.2, 1e-3  # amplitudes over the initial one: most that counts as noise; least left in a block
+HEARD, REMAINS = 0.2, 1e-3  # amplitudes over the initial one: largest that counts as noise; at the end of a block
 SILENT = 1e-6  # power over the initial one, below which nothing is left
 LEAST_QUIET = 64  # samples from which noise is estimated
 NOISE_SEGMENTS = 16  # of a quiet part, over which the spectrum of its noise is averaged
@@ -198,8 +199,8 @@ def decay(outputs: Array, blows: Blows) -> tuple[int, float, int]:
     -------
     samples, left, heard
         The length, at most `blows.available`. The amplitude is relative to that after the blow, for the output with the
-        slowest decay; 0 if the response decays into noise. The last is the number of samples after which only noise is
-        left.
+        slowest decay; 0 if the block ends with only 0.1 % left. The last is the number of samples after which only
+        noise is left.
     """
     n = blows.available
     while True:
@@ -219,14 +220,14 @@ def decay(outputs: Array, blows: Blows) -> tuple[int, float, int]:
             return blows.available, float(np.sqrt(r[-1])), blows.available
         if m > 2 or size < 2 * LEAST_WINDOW:
             heard = min(float(np.sqrt(max(floor, SILENT))), HEARD)  # amplitude after m parts
-            needed = round(max(BEYOND, np.log(COMPLETED) / np.log(heard)) * m * size)
+            needed = round(max(BEYOND, np.log(REMAINS) / np.log(heard)) * m * size)
             left = 0.0 if needed <= blows.available else float(heard ** (blows.available / (m * size)))
             return min(needed, blows.available), left, round(CALM * m * size)
         n = 4 * size
 
 
-def blow_spectra(rows: Array, inputs: int, blows: Blows, n: int, rate: float) -> Complex:
-    """Return the averaged spectra of the blocks, shape (n//2 + 1, channels, channels).
+def block_transforms(rows: Array, inputs: int, blows: Blows, n: int, rate: float) -> Complex:
+    """Return the Fourier transform of each channel in each block, shape (blows, channels, n//2 + 1).
 
     Parameters
     ----------
@@ -241,31 +242,30 @@ def blow_spectra(rows: Array, inputs: int, blows: Blows, n: int, rate: float) ->
     """
     forced = rows.copy()
     forced[:inputs, ~blows.acting] = 0.0
-    W = np.stack([rfft(forced[:, s : s + n] * np.exp(-rate * np.arange(n)), axis=1) for s in blows.starts])
-    return np.asarray(np.einsum("kin,kjn->nij", W, W.conj()) / len(W))
+    return np.stack([rfft(forced[:, s : s + n] * np.exp(-rate * np.arange(n)), axis=1) for s in blows.starts])
 
 
-def force_noise(rows: Array, n: int, blows: Blows, rate: float, step: float) -> ForceNoise | None:
+def force_noise(force: Array, U: Complex, blows: Blows, n: int, rate: float, step: float) -> ForceNoise | None:
     """Return the noise of the only force; None if no sample shows it, because the hammer acts all the time.
 
     Parameters
     ----------
-    rows, n, blows, rate
-        As for `blow_spectra`; the first row is the force.
+    force, U
+        The force, shape (samples,), and its transform in each block, shape (blows, n//2 + 1).
+    blows, n, rate
+        As for `block_transforms`.
     step
         Sample time (s).
     """
     if blows.acting.all():
         return None
-    forced, weights = np.where(blows.acting, rows[0], 0.0), np.exp(-rate * np.arange(n))
-    U = np.stack([rfft(forced[s : s + n] * weights) for s in blows.starts], axis=1)
     at = [np.flatnonzero(blows.acting[s : s + n]) for s in blows.starts]
     samples = np.concatenate(at)
     return ForceNoise(
         np.asarray(samples * step, np.float64),
-        float(np.std(rows[0, ~blows.acting])) * weights[samples],
+        float(np.std(force[~blows.acting])) * np.exp(-rate * samples),
         np.repeat(np.arange(len(at)), [len(of_blow) for of_blow in at]),
-        U.conj() / np.maximum(np.sum(np.abs(U) ** 2, axis=1, keepdims=True), np.finfo(float).tiny),
+        (U.conj() / np.maximum(np.sum(np.abs(U) ** 2, axis=0), np.finfo(float).tiny)).T,
     )
 
 
@@ -275,7 +275,7 @@ def noise_spectra(rows: Array, n: int, inputs: int, blows: Blows, rate: float, q
     Parameters
     ----------
     rows, n, inputs, blows, rate
-        As for `blow_spectra`.
+        As for `block_transforms`.
     quiet
         Samples that contain only noise; None if there are none.
     """

@@ -25,7 +25,7 @@ from amb_analysis.measured.blows import (
     EXCITED,
     LEFT,
     Blows,
-    blow_spectra,
+    block_transforms,
     find_blows,
     force_noise,
     noise_coherence,
@@ -222,7 +222,8 @@ def _from_blows(
     # What is left of a vibration is small beside the noise, but not in a narrow band about its frequency.
     quiet = quiet_part(blows, max(natural, heard)) or quiet_part(blows, heard)
     rows = rows - offsets(rows, quiet, n)
-    S = blow_spectra(rows, inputs, blows, n, decay * step)
+    W = block_transforms(rows, inputs, blows, n, decay * step)
+    S = np.einsum("kin,kjn->nij", W, W.conj()) / len(W)
     power = np.einsum("nkk->kn", S[:, :inputs, :inputs]).real
     frequencies = np.arange(n // 2 + 1) / (n * step)
     excited = (power >= EXCITED * power.max(axis=1, keepdims=True)).all(axis=0)
@@ -233,7 +234,7 @@ def _from_blows(
     scatter = None
     if quiet_noise is not None and inputs == 1:
         scatter = quiet_noise[:, 1:] / np.maximum(count * power.T, np.finfo(float).tiny)
-    noise = force_noise(rows, n, blows, decay * step, step) if inputs == 1 else None
+    noise = force_noise(rows[0], W[:, 0], blows, n, decay * step, step) if inputs == 1 else None
     lines = np.arange(1, n // 2)
     estimate = Estimate(name, count, n * step, decay, count, blows.rebounds, highest, left, blows.incomplete)
     return Spectra(
